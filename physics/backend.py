@@ -1,0 +1,115 @@
+"""The only module that imports taichi: start-up, number types, group-parallel loops.
+
+Taichi 1.7.4 is the last release of its line, so the rest of the package uses a small subset
+of the language through the names exported here, and the backend stays replaceable.
+
+Worlds are simulated in groups of ``LANES``: every quantity of a group is one vector with a
+lane per world, which LLVM turns into packed instructions. Kernels are strict IEEE
+(``fast_math=False``): a world's result depends neither on its lane nor on its neighbours.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import threading
+from dataclasses import dataclass
+from typing import Any
+
+import torch
+
+os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
+
+import taichi as ti  # noqa: E402
+
+LANES = 8  # worlds per group
+# A CPU range-for of Taichi is never split below this many iterations, so a loop over chunks runs
+# as ``for q in range(GRAIN * chunks): if q % GRAIN == 0: ...  # chunk q // GRAIN``.
+GRAIN = 512
+
+_lock = threading.Lock()
+_started = False
+
+
+def start() -> None:
+    """Starts Taichi once per process; a second call does nothing.
+
+    A second ``ti.init`` would invalidate every compiled kernel, hence the guard.
+    ``default_fp`` is f64 so that literals keep their digits; kernels cast them to their own
+    type. ``cfg_optimization`` is off because it costs minutes of compile time for no speed.
+    """
+    global _started
+    with _lock:
+        if _started:
+            return
+        with contextlib.redirect_stdout(io.StringIO()):  # its greeting
+            ti.init(
+                arch=ti.cpu,
+                default_fp=ti.f64,
+                default_ip=ti.i32,
+                fast_math=False,
+                cfg_optimization=False,
+                log_level=ti.WARN,
+            )
+        _started = True
+
+
+@dataclass(frozen=True)
+class Real:
+    """The number type a kernel is built for.
+
+    Attributes:
+        f: Taichi's scalar type; ``f(0.1)`` in a kernel is a literal of this type.
+        vec: one value per lane.
+        lanes: worlds per group.
+        double: whether f is float64.
+    """
+
+    f: Any
+    vec: Any
+    lanes: int
+    double: bool
+
+    @property
+    def array(self) -> Any:
+        """Kernel argument: (groups, items) of lane vectors, a contiguous torch tensor
+        (groups, items, lanes)."""
+        return ti.types.ndarray(dtype=self.vec, ndim=2)
+
+    def scalars(self, ndim: int) -> Any:
+        """Kernel argument: a contiguous torch tensor of ndim dimensions."""
+        return ti.types.ndarray(dtype=self.f, ndim=ndim)
+
+
+def real(dtype: torch.dtype, lanes: int = LANES) -> Real:
+    """The Real of a torch dtype.
+
+    Raises:
+        ValueError: dtype is neither float32 nor float64.
+    """
+    if dtype not in (torch.float32, torch.float64):
+        raise ValueError(
+            f"dtype: expected torch.float32 or torch.float64, got {dtype}; choose one of these"
+        )
+    double = dtype == torch.float64
+    f = ti.f64 if double else ti.f32
+    return Real(f, ti.types.vector(lanes, f), lanes, double)
+
+
+def integers(ndim: int) -> Any:
+    """Kernel argument: a contiguous int32 torch tensor of ndim dimensions."""
+    return ti.types.ndarray(dtype=ti.i32, ndim=ndim)
+
+
+def chunks(groups: int, threads: int | None) -> int:
+    """Into how many chunks a parallel loop over groups is cut: one per thread that runs.
+
+    Raises:
+        ValueError: threads is not at least 1.
+    """
+    available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    if threads is not None and threads < 1:
+        raise ValueError(f"threads: expected at least 1, got {threads}; use None for all cores")
+    return max(1, min(groups, threads or available or 1))
+

@@ -1,0 +1,70 @@
+"""Damage: from some time on, some voxels no longer obey the controller (paper, Sec. IV-B)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+__all__ = ["Damage"]
+
+MODES = ("rest", "frozen", "random")
+_STREAM = 0xDA3A6E  # keeps these draws apart from other uses of a world's seed
+
+
+@dataclass(frozen=True)
+class Damage:
+    """When, how likely and how voxels break.
+
+    Attributes:
+        probability: of each voxel to break, independently.
+        time: when it happens [s].
+        mode: what a broken voxel does. "rest" (the paper's text): its springs are at rest length
+            and external forces alone shape it. "frozen" (the reference simulator): it keeps the
+            actuation it had. "random": it takes a random actuation at every step.
+        until: when broken voxels obey again [s].
+    """
+
+    probability: float = 0.5
+    time: float = 30.0
+    mode: str = "rest"
+    until: float = math.inf
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.probability <= 1:
+            raise ValueError(f"damage: expected probability in [0, 1], got {self.probability!r}")
+        if not (math.isfinite(self.time) and self.time >= 0):
+            raise ValueError(f"damage: expected a finite time >= 0 s, got {self.time!r}")
+        if not self.until > self.time:
+            raise ValueError(f"damage: expected until > time = {self.time} s, got {self.until!r}")
+        if self.mode not in MODES:
+            raise ValueError(f"damage: expected mode in {', '.join(MODES)}, got {self.mode!r}")
+
+    @classmethod
+    def from_name(cls, name: str) -> Damage | None:
+        """The damage of a condition of the paper: None for "none", one half at 30 s for "half".
+
+        Raises:
+            ValueError: if the name is neither.
+        """
+        if name not in ("none", "half"):
+            raise ValueError(f"damage: expected none or half, got {name!r}")
+        return cls() if name == "half" else None
+
+    def sample(self, seed: int, n_voxels: int) -> np.ndarray:
+        """Which voxels of one world break.
+
+        Args:
+            seed: that world's seed, an integer >= 0; nothing else decides.
+            n_voxels: V.
+
+        Returns:
+            True where broken, shape (V,), bool.
+
+        Raises:
+            ValueError: if the seed is negative.
+        """
+        if seed < 0:
+            raise ValueError(f"damage: expected a seed >= 0, got {seed!r}")
+        return np.random.default_rng((_STREAM, seed)).random(n_voxels) < self.probability

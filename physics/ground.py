@@ -1,0 +1,215 @@
+"""The ground under a group of worlds: a window of terrain segments, and contact detection.
+
+Each world stands on its own terrain. The segments around its robot are kept as lane vectors,
+so that detection needs no gathers; the window is filled anew when a robot nears its edge.
+
+A square on a segment touches in one or two points: its edge most opposed to the segment's
+normal, clipped to the segment's extent (REFERENCE: contact).
+"""
+
+import math
+
+from physics import layout as lay
+from physics import material
+from physics.backend import ti
+from physics.model import F_REACH
+
+_RADIUS = material.SQUARE_HALF * math.sqrt(2)  # of the circle around a square [m]
+MARGIN = 2.0  # ground kept ready beyond what is within reach [m]
+_FAR = 1e30
+
+
+@ti.func
+def update_window(S: ti.template(), terrain: ti.template(), g, m: ti.template(), mf: ti.template(), T: ti.template()):
+    """Keeps the segments within reach of every square of each robot in the window."""
+    if m.segments > 0:
+        reach = mf[F_REACH]
+        low = T.vec(_FAR)
+        high = T.vec(-_FAR)
+        for v in range(m.voxels):
+            for k in range(4):
+                x = S[g, v * lay.VOXEL_ITEMS + k * lay.BODY_ITEMS + lay.X]
+                low = ti.select(x < low, x, low)
+                high = ti.select(x > high, x, high)
+        low = low - reach
+        high = high + reach
+        leaves = (low < S[g, m.header + lay.H_WINDOW_LOW]) | (
+            high > S[g, m.header + lay.H_WINDOW_HIGH]
+        )
+        if leaves.any():
+            for lane in ti.static(range(T.lanes)):
+                if leaves[lane]:
+                    _fill_lane(S, terrain, g, m, lane, low[lane] - T.f(MARGIN), T)
+
+
+@ti.func
+def _fill_lane(S: ti.template(), terrain: ti.template(), g, m: ti.template(), lane: ti.template(), low, T: ti.template()):
+    """Fills one lane of the window with the segments from the abscissa ``low`` on.
+
+    The first segment has an even number, so that a segment keeps its parity, which is what
+    names a contact pair, as the window moves.
+    """
+    world = g * T.lanes + lane
+    points = terrain.shape[1]
+    first = ti.cast(S[g, m.header + lay.H_WINDOW_BASE][lane], ti.i32)
+    while first > 0 and terrain[world, first, 0] > low:
+        first -= 1
+    while first < points - 2 and terrain[world, first + 1, 0] <= low:
+        first += 1
+    first -= first % 2
+    for k in range(m.segments):
+        o = m.window + lay.SEGMENT_ITEMS * k
+        index = ti.min(first + k, points - 2)
+        x0, y0 = terrain[world, index, 0], terrain[world, index, 1]
+        dx = terrain[world, index + 1, 0] - x0
+        dy = terrain[world, index + 1, 1] - y0
+        length = ti.sqrt(dx * dx + dy * dy)
+        if first + k > points - 2:  # beyond the last segment: nothing to stand on
+            length = T.f(-1.0)
+        S[g, o + lay.SE_X][lane] = x0
+        S[g, o + lay.SE_Y][lane] = y0
+        S[g, o + lay.SE_TX][lane] = dx / ti.abs(length)
+        S[g, o + lay.SE_TY][lane] = dy / ti.abs(length)
+        S[g, o + lay.SE_LENGTH][lane] = length
+    S[g, m.header + lay.H_WINDOW_BASE][lane] = ti.cast(first, T.f)
+    S[g, m.header + lay.H_WINDOW_LOW][lane] = (
+        terrain[world, first, 0] if first > 0 else T.f(-_FAR)
+    )
+    S[g, m.header + lay.H_WINDOW_HIGH][lane] = (
+        terrain[world, first + m.segments, 0] if first + m.segments < points - 1 else T.f(_FAR)
+    )
+
+
+@ti.func
+def detect(S: ti.template(), lists: ti.template(), g, m: ti.template(), T: ti.template()):
+    """Finds the contacts of the poses reached; points found again keep their impulses."""
+    old = lists[g, lay.L_CONTACTS]
+    for n in range(old):
+        _forget(S, g, lists[g, m.contact_list + 2 * n], T)
+    count = 0
+    for v in range(m.voxels):
+        block = v * lay.VOXEL_ITEMS
+        for b in range(4):
+            for parity in range(lay.PAIRS_PER_BODY):
+                body = block + b * lay.BODY_ITEMS
+                pair = block + lay.PAIRS + (b * lay.PAIRS_PER_BODY + parity) * lay.PAIR_ITEMS
+                touched = 0
+                for half in range((m.segments - parity + 1) // 2):
+                    touched += _collide(S, g, m, body, pair, 2 * half + parity, T)
+                if touched > 0:
+                    entry = m.contact_list_new + 2 * count
+                    lists[g, entry] = pair
+                    lists[g, entry + 1] = body
+                    count += 1
+    for n in range(old):
+        _drop_lost(S, g, lists[g, m.contact_list + 2 * n], T)
+    for n in range(2 * count):
+        lists[g, m.contact_list + n] = lists[g, m.contact_list_new + n]
+    lists[g, lay.L_CONTACTS] = count
+
+
+@ti.func
+def _forget(S: ti.template(), g, pair, T: ti.template()):
+    """Marks the points of a pair as not found yet."""
+    for p in ti.static(range(2)):
+        S[g, pair + (lay.PA_POINTS + p * lay.POINT_ITEMS + lay.PT_DEPTH)] = T.vec(-1.0)
+
+
+@ti.func
+def _drop_lost(S: ti.template(), g, pair, T: ti.template()):
+    """Clears the impulses of points that were not found again."""
+    zero = T.vec(0.0)
+    found = zero < zero
+    for p in ti.static(range(2)):
+        o = pair + (lay.PA_POINTS + p * lay.POINT_ITEMS)
+        touches = S[g, o + lay.PT_DEPTH] >= zero
+        S[g, o + lay.PT_JN] = ti.select(touches, S[g, o + lay.PT_JN], zero)
+        S[g, o + lay.PT_JT] = ti.select(touches, S[g, o + lay.PT_JT], zero)
+        found = found | touches
+    S[g, pair + lay.PA_KEY] = ti.select(found, S[g, pair + lay.PA_KEY], zero)
+
+
+@ti.func
+def _collide(S: ti.template(), g, m: ti.template(), body, pair, number, T: ti.template()):
+    """Contact of a body with the segment ``number`` of the window, in all lanes at once.
+
+    Returns 1 if there is one in any lane. If a body touches two segments of one parity, the
+    pair keeps the deeper.
+    """
+    segment = m.window + lay.SEGMENT_ITEMS * number
+    zero = T.vec(0.0)
+    h = T.f(material.SQUARE_HALF)
+    tx, ty = S[g, segment + lay.SE_TX], S[g, segment + lay.SE_TY]
+    length = S[g, segment + lay.SE_LENGTH]
+    dx = S[g, body + lay.X] - S[g, segment + lay.SE_X]
+    dy = S[g, body + lay.Y] - S[g, segment + lay.SE_Y]
+    height = dy * tx - dx * ty  # of the centre above the line; the normal is (-ty, tx)
+    along = dx * tx + dy * ty
+    radius = T.f(_RADIUS)
+    near = (height <= radius) & (along >= -radius) & (along <= length + radius)
+    touched = 0
+    if near.any():
+        # The normal in the body's frame tells which of its edges faces the ground most.
+        c, s = S[g, body + lay.COS], S[g, body + lay.SIN]
+        local_x = c * -ty + s * tx
+        local_y = c * tx + s * ty
+        flat = ti.abs(local_y) >= ti.abs(local_x)
+        one = T.vec(1.0)
+        fx = ti.select(flat, zero, ti.select(local_x > zero, -one, one))
+        fy = ti.select(flat, ti.select(local_y > zero, -one, one), zero)
+        gx, gy = -fy, fx  # along the edge
+        # World vectors from the centre to the edge's middle and from there to its end.
+        ex = (c * fx - s * fy) * h
+        ey = (s * fx + c * fy) * h
+        wx = (c * gx - s * gy) * h
+        wy = (s * gx + c * gy) * h
+        # Clip the edge, middle + q * half edge with |q| <= 1, to 0 <= along <= length.
+        middle = along + (ex * tx + ey * ty)
+        slope = wx * tx + wy * ty
+        at_start = -middle / slope
+        at_end = (length - middle) / slope
+        q_low = ti.max(-one, ti.min(at_start, at_end))
+        q_high = ti.min(one, ti.max(at_start, at_end))
+        edge_height = height + (ey * tx - ex * ty)
+        rise = wy * tx - wx * ty
+        depth_low = -(edge_height + q_low * rise)
+        depth_high = -(edge_height + q_high * rise)
+        depth = ti.max(depth_low, depth_high)
+        low, high = pair + lay.PA_POINTS, pair + (lay.PA_POINTS + lay.POINT_ITEMS)
+        so_far = ti.max(S[g, low + lay.PT_DEPTH], S[g, high + lay.PT_DEPTH])
+        hit = near & (q_low <= q_high) & (depth >= zero) & (depth > so_far)
+        if hit.any():
+            touched = 1
+            # Four edges: 0 bottom, 1 top, 2 left, 3 right.
+            upper = ti.select(flat, fy, fx) > zero
+            edge = ti.select(upper, one, zero) + ti.select(flat, zero, one + one)
+            base = S[g, m.header + lay.H_WINDOW_BASE]
+            key = one + edge + (base + ti.cast(number, T.f)) * T.f(4.0)
+            same = key == S[g, pair + lay.PA_KEY]
+            S[g, pair + lay.PA_KEY] = ti.select(hit, key, S[g, pair + lay.PA_KEY])
+            S[g, pair + lay.PA_NX] = ti.select(hit, -ty, S[g, pair + lay.PA_NX])
+            S[g, pair + lay.PA_NY] = ti.select(hit, tx, S[g, pair + lay.PA_NY])
+            fx, fy, gx, gy = fx * h, fy * h, gx * h, gy * h
+            _store_point(S, g, body, low, hit, same, depth_low, fx + gx * q_low, fy + gy * q_low, T)
+            _store_point(
+                S, g, body, high, hit, same, depth_high, fx + gx * q_high, fy + gy * q_high, T
+            )
+    return touched
+
+
+@ti.func
+def _store_point(S: ti.template(), g, body, o, hit, same, depth, lx, ly, T: ti.template()):
+    """Writes a point in the lanes of ``hit``; unless it is the same as before, with no impulse."""
+    c, s = S[g, body + lay.COS], S[g, body + lay.SIN]
+    px = S[g, body + lay.X] + (c * lx - s * ly)
+    py = S[g, body + lay.Y] + (s * lx + c * ly)
+    keeps = same & (depth >= T.f(0.0))
+    zero = T.vec(0.0)
+    S[g, o + lay.PT_DEPTH] = ti.select(hit, depth, S[g, o + lay.PT_DEPTH])
+    S[g, o + lay.PT_LX] = ti.select(hit, lx, S[g, o + lay.PT_LX])
+    S[g, o + lay.PT_LY] = ti.select(hit, ly, S[g, o + lay.PT_LY])
+    S[g, o + lay.PT_PX] = ti.select(hit, px, S[g, o + lay.PT_PX])
+    S[g, o + lay.PT_PY] = ti.select(hit, py, S[g, o + lay.PT_PY])
+    impulse_n, impulse_t = S[g, o + lay.PT_JN], S[g, o + lay.PT_JT]
+    S[g, o + lay.PT_JN] = ti.select(hit & ~keeps, zero, impulse_n)
+    S[g, o + lay.PT_JT] = ti.select(hit & ~keeps, zero, impulse_t)

@@ -1,0 +1,248 @@
+"""What stays fixed while a batch of worlds is simulated, as tables for the kernels."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from physics import clock, material
+from physics import layout as lay
+from physics.apparatus import Apparatus
+from physics.backend import ti
+from physics.layout import Layout
+from physics.morphology import Morphology
+
+
+@dataclass(frozen=True)
+class Engine:
+    """Settings of the engine; the defaults are the reference's.
+
+    Attributes:
+        friction: coefficient between a square and the ground.
+        damping: linear and angular velocity damping [1/s].
+        velocity_iterations, position_iterations: of the sequential-impulse solver, per step.
+        ropes: whether squares of a voxel are kept from passing through each other.
+    """
+
+    friction: float = material.FRICTION
+    damping: float = material.DAMPING
+    velocity_iterations: int = material.VELOCITY_ITERATIONS
+    position_iterations: int = material.POSITION_ITERATIONS
+    ropes: bool = True
+
+    def __post_init__(self) -> None:
+        for name in ("friction", "damping"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= 0):
+                raise ValueError(f"engine: expected {name} >= 0, got {value!r}")
+        for name in ("velocity_iterations", "position_iterations"):
+            value = getattr(self, name)
+            if value < 1:
+                raise ValueError(f"engine: expected {name} >= 1, got {value!r}")
+
+
+# Places in the table of numbers.
+F_GRAVITY, F_DAMPING, F_FRICTION, F_NOISE, F_REACH = range(5)
+F_SPRINGS = 5  # rows of: anchors x1 y1 x2 y2 [m], rest length, its slopes for a >= 0 and a < 0
+FS_X1, FS_Y1, FS_X2, FS_Y2, FS_REST, FS_SHRINK, FS_GROW = range(7)
+F_SPRING_ROW = 7
+F_RAYS = F_SPRINGS + F_SPRING_ROW * len(material.SPRINGS)  # rows of: cos, sin, range [m]
+F_RAY_ROW = 3
+
+# Places in the table of integers: the fields of Sizes, then the rows below.
+_SIZES = (
+    "voxels",
+    "welds",
+    "segments",
+    "readings",
+    "header",
+    "weld_block",
+    "window",
+    "rings",
+    "reading_block",
+    "contact_list",
+    "contact_list_new",
+    "rope_list",
+    "velocity_iterations",
+    "position_iterations",
+    "ropes",
+    "damage_mode",
+    "sensors",
+    "weld_table",
+    "sensor_table",
+    "interval_table",
+    "interval_steps",
+)
+Sizes = ti.types.struct(**dict.fromkeys(_SIZES, ti.i32))
+
+I_SPRINGS = len(_SIZES)  # rows of: items of body 1 and of body 2 in the voxel block
+I_SPRING_ROW = 2
+I_ROPES = I_SPRINGS + I_SPRING_ROW * len(material.SPRINGS)
+I_ROPE_ROW = 2
+I_WELDS = I_ROPES + I_ROPE_ROW * len(material.ROPES)
+I_WELD_ROW = 3  # items of body 1 and of body 2; 1 where body 1 lies above body 2, else 0
+
+# A sensor row: kind, voxel block, first reading, interval number, slots of the ring, ring,
+# number of rays, first ray.
+SE_KIND, SE_VOXEL, SE_READING, SE_INTERVAL, SE_SLOTS, SE_RING, SE_RAYS, SE_FIRST_RAY = range(8)
+SENSOR_ROW = 8
+AREA, TOUCH, VELOCITY, LIDAR = range(4)
+_KINDS = {"area": AREA, "touch": TOUCH, "velocity": VELOCITY, "lidar": LIDAR}
+_RING_VALUES = {"touch": 1, "velocity": 2}  # lane vectors per sample
+
+DAMAGE_MODES = ("rest", "frozen", "random")
+
+
+@ti.func
+def load_sizes(mi: ti.template()):
+    """The sizes of the model, read once at the start of a kernel."""
+    return Sizes(*[mi[k] for k in ti.static(range(len(_SIZES)))])
+
+
+@dataclass(frozen=True)
+class Model:
+    """A robot in a batch of worlds: what the kernels read and never write.
+
+    Attributes:
+        morphology, apparatus, engine: what it was built from.
+        layout: where the state lies.
+        numbers: table of F_*, shape (.,), float64.
+        integers: table of I_*, shape (.,), int32.
+        max_steps: steps for which the table of sensor windows is long enough.
+    """
+
+    morphology: Morphology
+    apparatus: Apparatus
+    engine: Engine
+    layout: Layout
+    numbers: np.ndarray
+    integers: np.ndarray
+    max_steps: int
+
+
+def build(
+    morphology: Morphology,
+    apparatus: Apparatus,
+    engine: Engine,
+    gravity: float,
+    noise: float,
+    segments: int,
+    damage_mode: str,
+    max_steps: int,
+) -> Model:
+    """The model of a robot.
+
+    Args:
+        morphology, apparatus, engine: robot, sensors, solver settings.
+        gravity: downward acceleration [m/s^2].
+        noise: standard deviation of the readings' noise, in units of the sensor's range.
+        segments: terrain segments that the window of a group holds; 0 without ground.
+        damage_mode: one of DAMAGE_MODES.
+        max_steps: steps that a world may live.
+    """
+    sensor_rows, rays, intervals, ring_items = _sensors(apparatus)
+    layout = Layout(
+        voxels=morphology.n_voxels,
+        welds=len(morphology.welds),
+        segments=segments,
+        ring_items=ring_items,
+        readings=apparatus.n_readings,
+    )
+    springs = [(s.square1 * lay.BODY_ITEMS, s.square2 * lay.BODY_ITEMS) for s in material.SPRINGS]
+    ropes = [(a * lay.BODY_ITEMS, b * lay.BODY_ITEMS) for a, b in material.ROPES]
+    welds = [_weld_row(morphology, *pair) for pair in morphology.welds]
+    sensor_table = I_WELDS + I_WELD_ROW * len(welds)
+    interval_table = sensor_table + SENSOR_ROW * len(sensor_rows)
+    sizes = {
+        "voxels": layout.voxels,
+        "welds": layout.welds,
+        "segments": layout.segments,
+        "readings": layout.readings,
+        "header": layout.header,
+        "weld_block": layout.weld_block,
+        "window": layout.window,
+        "rings": layout.rings,
+        "reading_block": layout.reading_block,
+        "contact_list": layout.contact_list,
+        "contact_list_new": layout.contact_list_new,
+        "rope_list": layout.rope_list,
+        "velocity_iterations": engine.velocity_iterations,
+        "position_iterations": engine.position_iterations,
+        "ropes": int(engine.ropes),
+        "damage_mode": DAMAGE_MODES.index(damage_mode),
+        "sensors": len(sensor_rows),
+        "weld_table": I_WELDS,
+        "sensor_table": sensor_table,
+        "interval_table": interval_table,
+        "interval_steps": max_steps,
+    }
+    rows = [*springs, *ropes, *welds, *sensor_rows]
+    windows = [clock.window_lengths(max_steps, interval) for interval in intervals]
+    integers = np.concatenate(
+        [[sizes[name] for name in _SIZES], *rows, *windows], dtype=np.int32, casting="unsafe"
+    )
+    numbers = np.array(
+        [gravity, engine.damping, engine.friction, noise, reach(apparatus), *_spring_numbers(), *rays],
+        dtype=np.float64,
+    )
+    return Model(morphology, apparatus, engine, layout, numbers, integers, max_steps)
+
+
+def reach(apparatus: Apparatus) -> float:
+    """How far from a robot's squares the ground matters: to touch it, or to see it [m]."""
+    ranges = [s.range for own in apparatus.sensors for s in own if s.kind == "lidar"]
+    return material.SQUARE_SIDE + max(ranges, default=0.0)
+
+
+def _spring_numbers() -> list[float]:
+    """The rows of F_SPRINGS."""
+    numbers: list[float] = []
+    for spring in material.SPRINGS:
+        for corner in (spring.corner1, spring.corner2):
+            signs = (0, 0) if corner is None else material.CORNER_SIGNS[corner]
+            numbers += [sign * material.SQUARE_HALF for sign in signs]
+        family = material.FAMILIES[spring.family]
+        numbers += [family.rest, family.rest - family.contracted, family.expanded - family.rest]
+    return numbers
+
+
+def _weld_row(morphology: Morphology, body1: int, body2: int) -> tuple[int, int, int]:
+    """Items of the two bodies, and whether body 1 lies above (1) or right of (0) body 2."""
+    (x1, y1), (x2, y2) = morphology.cells[body1 // 4], morphology.cells[body2 // 4]
+    return lay.body_offset(body1), lay.body_offset(body2), int((x1, y1) == (x2, y2 + 1))
+
+
+def _sensors(
+    apparatus: Apparatus,
+) -> tuple[list[tuple[int, ...]], list[float], list[float], int]:
+    """Sensor rows, ray numbers, the intervals they refer to, and items of all rings."""
+    rows: list[tuple[int, ...]] = []
+    rays: list[float] = []
+    intervals: list[float] = []
+    reading = ring = 0
+    for voxel, own in enumerate(apparatus.sensors):
+        for sensor in own:
+            slots = number = 0
+            if sensor.interval:
+                if sensor.interval not in intervals:
+                    intervals.append(sensor.interval)
+                number = intervals.index(sensor.interval)
+                slots = math.ceil(sensor.interval / material.DT) + 2
+            rows.append(
+                (
+                    _KINDS[sensor.kind],
+                    voxel * lay.VOXEL_ITEMS,
+                    reading,
+                    number,
+                    slots,
+                    ring,
+                    len(sensor.angles),
+                    len(rays) // F_RAY_ROW,
+                )
+            )
+            for angle in sensor.angles:
+                radians = math.radians(angle)
+                rays += [math.cos(radians), math.sin(radians), sensor.range]
+            reading += sensor.n_readings
+            ring += slots * _RING_VALUES.get(sensor.kind, 0)
+    return rows, rays, intervals, ring

@@ -1,0 +1,82 @@
+"""Random numbers in kernels: a hash of (world's seed, step, index), the same in any batch.
+
+The hash is the 32-bit finaliser known as "lowbias32" (C. Wellons, hash-prospector); normal
+deviates come from the Box-Muller transform. Both are computed in single precision whatever the
+precision of the simulation, so that the two see the same noise.
+"""
+
+import math
+
+from physics import layout as lay
+from physics.backend import ti
+
+_LOG_2 = math.log(2)
+
+
+@ti.func
+def key(S: ti.template(), g, m: ti.template(), T: ti.template()):
+    """The key of this step, one per lane: seed and step mixed (uint32)."""
+    low = ti.cast(S[g, m.header + lay.H_SEED_LOW], ti.u32)
+    high = ti.cast(S[g, m.header + lay.H_SEED_HIGH], ti.u32)
+    step = ti.cast(S[g, m.header + lay.H_STEP], ti.u32)
+    return mix(mix(low | (high << ti.u32(16))) + step)
+
+
+@ti.func
+def mix(x):
+    """A bijection of uint32 whose output bits all depend on all input bits."""
+    y = x ^ (x >> ti.u32(16))
+    y = y * ti.u32(0x21F0AAAD)
+    y = y ^ (y >> ti.u32(15))
+    y = y * ti.u32(0xD35A2D97)
+    return y ^ (y >> ti.u32(15))
+
+
+@ti.func
+def uniform(bits):
+    """A number in [0, 1) from the upper 24 of 32 random bits (float32)."""
+    return ti.cast(bits >> ti.u32(8), ti.f32) * ti.f32(2.0**-24)
+
+
+@ti.func
+def normal_pair(bits1, bits2):
+    """Two independent standard normal deviates (float32)."""
+    # u in (0, 1] as m 2^e with m in [sqrt(1/2), sqrt(2)): log(u) by a series in m - 1 over m + 1.
+    u = uniform(bits1) + ti.f32(2.0**-25)
+    word = ti.bit_cast(u, ti.i32)
+    exponent = (word - 0x3F3504F3) >> 23
+    m = ti.bit_cast(word - (exponent << 23), ti.f32)
+    r = (m - ti.f32(1.0)) / (m + ti.f32(1.0))
+    z = r * r
+    series = ti.f32(2 / 9) * z + ti.f32(2 / 7)
+    series = (series * z + ti.f32(2 / 5)) * z + ti.f32(2 / 3)
+    log_u = ti.cast(exponent, ti.f32) * ti.f32(_LOG_2) + r * (series * z + ti.f32(2.0))
+    radius = ti.sqrt(ti.f32(-2.0) * log_u)
+    # The angle in [-pi/4, pi/4) and one of four quarter turns.
+    quarter = ti.cast(bits2 >> ti.u32(30), ti.i32)
+    angle = (uniform(bits2 << ti.u32(2)) - ti.f32(0.5)) * ti.f32(math.pi / 2)
+    a = angle * angle
+    s = ((a * ti.f32(-1 / 5040) + ti.f32(1 / 120)) * a - ti.f32(1 / 6)) * a
+    s = angle + angle * s
+    c = (a * ti.f32(1 / 40320) - ti.f32(1 / 720)) * a + ti.f32(1 / 24)
+    c = (c * a - ti.f32(0.5)) * a + ti.f32(1.0)
+    odd = (quarter & 1) == 1
+    x = ti.select(odd, s, c)
+    y = ti.select(odd, c, s)
+    return (
+        radius * ti.select(quarter >= 2, -x, x),
+        radius * ti.select((quarter == 1) | (quarter == 2), -y, y),
+    )
+
+
+@ti.func
+def add_to_readings(S: ti.template(), g, m: ti.template(), sigma, T: ti.template()):
+    """Adds normal noise of standard deviation sigma to every reading; no clipping."""
+    step_key = key(S, g, m, T)
+    for pair in range((m.readings + 1) // 2):
+        bits = mix(step_key ^ (ti.cast(pair, ti.u32) * ti.u32(0x9E3779B9)))
+        first, second = normal_pair(bits, mix(bits + ti.u32(0x85EBCA6B)))
+        o = m.reading_block + 2 * pair
+        S[g, o] = S[g, o] + sigma * ti.cast(first, T.f)
+        if 2 * pair + 1 < m.readings:
+            S[g, o + 1] = S[g, o + 1] + sigma * ti.cast(second, T.f)

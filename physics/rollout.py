@@ -1,0 +1,131 @@
+"""The kernels: loops over groups of worlds and over steps.
+
+A kernel takes few, packed tensors because each costs some 8 microseconds per launch, and runs
+all its steps for one group before it turns to the next: the group's state stays in the cache.
+"""
+
+from collections.abc import Callable
+from functools import lru_cache
+from types import SimpleNamespace
+from typing import Any
+
+import torch
+
+from physics import actuate, backend, ground
+from physics import layout as lay
+from physics.backend import ti
+from physics.model import load_sizes
+from physics.sensing import sense
+from physics.step import engine_step
+
+_GRAIN = backend.GRAIN
+
+
+@ti.func
+def _publish(S: ti.template(), g, m: ti.template(), readings: ti.template(), T: ti.template()):
+    """Copies the readings of a group to the caller's (N, R) tensor."""
+    for lane in ti.static(range(T.lanes)):
+        world = g * T.lanes + lane
+        if world < readings.shape[0]:
+            for r in range(m.readings):
+                readings[world, r] = S[g, m.reading_block + r][lane]
+
+
+@ti.func
+def _take_commands(S: ti.template(), g, m: ti.template(), actions: ti.template(), t, T: ti.template()):
+    """Copies row t of the caller's (steps, N, V) actuations to a group."""
+    for v in range(m.voxels):
+        values = T.vec(0.0)
+        for lane in ti.static(range(T.lanes)):
+            world = g * T.lanes + lane
+            if world < actions.shape[1]:
+                values[lane] = actions[t, world, v]
+        actuate.command(S, g, m, v, values, T)
+
+
+@lru_cache
+def kernels(dtype: torch.dtype, lanes: int) -> SimpleNamespace:
+    """The kernels that need no controller: ``look`` (contacts and readings of the present
+    poses) and ``play`` (steps under given actuations)."""
+    backend.start()
+    T = backend.real(dtype, lanes)
+
+    @ti.kernel
+    def look(
+        S: T.array,  # type: ignore[name-defined]
+        lists: backend.integers(2),  # type: ignore[valid-type]
+        terrain: T.scalars(3),  # type: ignore[valid-type]
+        mi: backend.integers(1),  # type: ignore[valid-type]
+        mf: T.scalars(1),  # type: ignore[valid-type]
+        readings: T.scalars(2),  # type: ignore[valid-type]
+    ):
+        for g in range(S.shape[0]):
+            m = load_sizes(mi)
+            ground.update_window(S, terrain, g, m, mf, T)
+            ground.detect(S, lists, g, m, T)
+            sense(S, g, m, mi, mf, T)
+            _publish(S, g, m, readings, T)
+
+    @ti.kernel
+    def play(
+        S: T.array,  # type: ignore[name-defined]
+        lists: backend.integers(2),  # type: ignore[valid-type]
+        terrain: T.scalars(3),  # type: ignore[valid-type]
+        mi: backend.integers(1),  # type: ignore[valid-type]
+        mf: T.scalars(1),  # type: ignore[valid-type]
+        actions: T.scalars(3),  # type: ignore[valid-type]
+        readings: T.scalars(2),  # type: ignore[valid-type]
+        chunks: ti.i32,
+    ):
+        for q in range(chunks * _GRAIN):
+            if q % _GRAIN == 0:
+                m = load_sizes(mi)
+                chunk = q // _GRAIN
+                for g in range(chunk * S.shape[0] // chunks, (chunk + 1) * S.shape[0] // chunks):
+                    for t in range(actions.shape[0]):
+                        _take_commands(S, g, m, actions, t, T)
+                        engine_step(S, lists, terrain, g, m, mi, mf, T)
+                        sense(S, g, m, mi, mf, T)
+                    _publish(S, g, m, readings, T)
+
+    return SimpleNamespace(look=look, play=play)
+
+
+def closed_loop(dtype: torch.dtype, lanes: int, controller: Callable[..., Any]) -> Any:
+    """A kernel that runs whole stretches of life with the controller inside.
+
+    Args:
+        dtype: of the simulation, float32 or float64.
+        lanes: worlds per group.
+        controller: a Taichi function ``(S, brain, g, m, T)`` that reads the readings from
+            ``S[g, m.reading_block + r]`` and calls ``physics.actuate.command`` for every voxel;
+            ``brain`` is a tensor (groups, items, lanes) of its own.
+
+    Returns:
+        ``kernel(S, lists, terrain, mi, mf, brain, steps, chunks)``.
+    """
+    backend.start()
+    T = backend.real(dtype, lanes)
+
+    @ti.kernel
+    def live(
+        S: T.array,  # type: ignore[name-defined]
+        lists: backend.integers(2),  # type: ignore[valid-type]
+        terrain: T.scalars(3),  # type: ignore[valid-type]
+        mi: backend.integers(1),  # type: ignore[valid-type]
+        mf: T.scalars(1),  # type: ignore[valid-type]
+        brain: T.array,  # type: ignore[name-defined]
+        steps: ti.i32,
+        chunks: ti.i32,
+    ):
+        for q in range(chunks * _GRAIN):
+            if q % _GRAIN == 0:
+                m = load_sizes(mi)
+                chunk = q // _GRAIN
+                for g in range(chunk * S.shape[0] // chunks, (chunk + 1) * S.shape[0] // chunks):
+                    for _ in range(steps):
+                        engine_step(S, lists, terrain, g, m, mi, mf, T)
+                        sense(S, g, m, mi, mf, T)
+                        controller(S, brain, g, m, T)
+
+    return live

@@ -1,0 +1,139 @@
+"""What a Simulator's arguments become: checked numbers, seeds of worlds, packed terrains."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from physics import clock
+from physics.state import ENDLESS
+from physics.terrain import Terrain
+
+_PAD_STEP = 1e4  # distance of the points that make shorter terrains as long as the longest [m]
+
+
+def positive_integer(name: str, value: int) -> int:
+    """The value, if it is an integer of at least 1."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
+        raise ValueError(f"{name}: expected an integer >= 1, got {value!r}")
+    return int(value)
+
+
+def finite(name: str, value: float, least: float = -math.inf) -> float:
+    """The value, if it is a finite number not below ``least``."""
+    if not (math.isfinite(value) and value >= least):
+        bound = "" if math.isinf(least) else f" >= {least:g}"
+        raise ValueError(f"{name}: expected a finite number{bound}, got {value!r}")
+    return float(value)
+
+
+def device(spec: str | torch.device) -> torch.device:
+    """The torch device, if the simulator runs there."""
+    chosen = torch.device(spec)
+    if chosen.type != "cpu":
+        raise ValueError(f'device: expected "cpu", got {str(spec)!r}')
+    return chosen
+
+
+def world_seeds(seed: int | Sequence[int], n_worlds: int) -> Tensor:
+    """A seed for every world, (N,) int64 in [0, 2^32).
+
+    From one integer, world i gets a mix of the integer and i; a sequence is mixed likewise,
+    element by element, so that a world with seed s is the same at any place of any batch.
+    """
+    if isinstance(seed, int | np.integer):
+        pairs = [(int(seed), i) for i in range(n_worlds)]
+    else:
+        pairs = [(int(s), 0) for s in seed]
+    if len(pairs) != n_worlds:
+        raise ValueError(f"seed: expected one integer or {n_worlds} of them, got {len(pairs)}")
+    if any(s < 0 for s, _ in pairs):
+        raise ValueError(f"seed: expected integers >= 0, got {min(s for s, _ in pairs)}")
+    return torch.tensor([_mix(s, i) for s, i in pairs], dtype=torch.int64)
+
+
+def _mix(seed: int, index: int) -> int:
+    """32 bits that depend on all bits of both numbers (two rounds of splitmix64)."""
+    mask = 2**64 - 1
+    x = seed & mask
+    for _ in range(2):
+        x = (x + 0x9E3779B97F4A7C15 + index) & mask
+        x = ((x ^ (x >> 30)) * 0xBF58476D1CE4E5B9) & mask
+        x = ((x ^ (x >> 27)) * 0x94D049BB133111EB) & mask
+        x ^= x >> 31
+    return x >> 32
+
+
+def lifetimes_in_steps(lifetime: float | Sequence[float] | None, n_worlds: int) -> Tensor:
+    """Control steps that every world lives, (N,) float64."""
+    if lifetime is None:
+        return torch.full((n_worlds,), ENDLESS, dtype=torch.float64)
+    seconds = [lifetime] * n_worlds if isinstance(lifetime, int | float) else list(lifetime)
+    if len(seconds) != n_worlds:
+        raise ValueError(f"lifetime: expected one or {n_worlds} numbers [s], got {len(seconds)}")
+    steps = [clock.steps_in(finite("lifetime", s, 0.0)) for s in seconds]
+    return torch.tensor(steps, dtype=torch.float64)
+
+
+def terrain_list(
+    terrain: Terrain | Sequence[Terrain] | None, n_worlds: int
+) -> list[Terrain] | None:
+    """One terrain per world, or None."""
+    if terrain is None:
+        return None
+    terrains = [terrain] * n_worlds if isinstance(terrain, Terrain) else list(terrain)
+    if len(terrains) != n_worlds:
+        raise ValueError(
+            f"terrain: expected one Terrain, a list of {n_worlds} or None, got {len(terrains)}"
+        )
+    strange = [t for t in terrains if not isinstance(t, Terrain)]
+    if strange:
+        raise ValueError(
+            f"terrain: expected physics.Terrain, got {type(strange[0]).__name__}; "
+            "build one with Terrain.from_name or Terrain.from_profile"
+        )
+    return terrains
+
+
+def pack_terrains(
+    terrains: list[Terrain] | None, extent: float, places: int
+) -> tuple[int, np.ndarray]:
+    """Profiles as one array, and how many segments the window of a group must hold.
+
+    Args:
+        terrains: one per world, or None.
+        extent: width of ground that a robot may need at once [m].
+        places: worlds with the padding.
+
+    Returns:
+        Segments per window (0 without ground), and points (places, K, 2), float64.
+    """
+    if terrains is None:
+        return 0, np.zeros((places, 2, 2))
+    unique = {id(t): t for t in terrains}
+    longest = max(len(t.xs) for t in unique.values())
+    profiles = {key: _padded(t, longest) for key, t in unique.items()}
+    packed = np.zeros((places, longest, 2))
+    for world, terrain in enumerate(terrains):
+        packed[world] = profiles[id(terrain)]
+    segments = max(_segments_within(t.xs, extent) for t in unique.values())
+    return segments, packed
+
+
+def _padded(terrain: Terrain, points: int) -> np.ndarray:
+    """The profile, prolonged level to a number of points far beyond its end."""
+    extra = points - len(terrain.xs)
+    xs = np.concatenate([terrain.xs, terrain.xs[-1] + _PAD_STEP * np.arange(1, extra + 1)])
+    ys = np.concatenate([terrain.ys, np.full(extra, terrain.ys[-1])])
+    return np.stack([xs, ys], axis=1)
+
+
+def _segments_within(xs: np.ndarray, extent: float) -> int:
+    """The most segments that an interval of this width can meet, and one more because a
+    window starts with an even segment."""
+    reached = np.searchsorted(xs, xs + extent, side="right") - np.arange(len(xs))
+    return int(min(reached.max() + 1, len(xs)))

@@ -1,0 +1,334 @@
+"""The simulator: a batch of soft robots, each in a world of its own."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from physics import backend, clock, ground, material, model, rollout, setup
+from physics import layout as lay
+from physics import state as st
+from physics.apparatus import Apparatus
+from physics.damage import Damage
+from physics.model import Engine
+from physics.morphology import Morphology
+from physics.terrain import Terrain
+
+_FIRST_STEPS = 3700  # the table of sensor windows starts with one minute
+_STRETCH = 1.3  # of a robot's diagonal, at most
+
+
+class Simulator:
+    """N worlds with one robot each, stepped together.
+
+    Every world has its own terrain, seed and lifetime, and its result does not depend on the
+    other worlds of the batch, on the number of threads or on its place.
+    """
+
+    def __init__(
+        self,
+        shape: str | Any,
+        terrain: Terrain | Sequence[Terrain] | None,
+        n_worlds: int = 1,
+        *,
+        sensors: str | Apparatus | None = None,
+        noise: float = 0.0,
+        gravity: float = 9.8,
+        dtype: torch.dtype = torch.float32,
+        device: str | torch.device = "cpu",
+        seed: int | Sequence[int] = 0,
+        damage: Damage | None = None,
+        lifetime: float | Sequence[float] | None = None,
+        engine: Engine | None = None,
+        threads: int | None = None,
+        lanes: int = backend.LANES,
+    ) -> None:
+        """Builds the worlds and places the robots.
+
+        Args:
+            shape: name ("biped-4x3"), 2-D 0/1 array with the top row first, or Morphology.
+            terrain: one for all worlds, a list of N, or None (no ground).
+            n_worlds: N.
+            sensors: "low", "medium", "high", an Apparatus, or None.
+            noise: standard deviation of the readings' noise, in units of each sensor's range.
+            gravity: downward acceleration [m/s^2].
+            dtype: torch.float32 or torch.float64.
+            device: where the state lives.
+            seed: of noise and damage: an integer, from which every world's seed is derived, or
+                N integers, one per world.
+            damage: when and how voxels break.
+            lifetime: [s], one for all or N of them; a world that reaches it stands still.
+            engine: settings of the solver.
+            threads: at most so many; None: all cores.
+            lanes: worlds per vector; 1 gives the scalar program, for checks.
+
+        Raises:
+            ValueError: an argument is not one of these; the message names it.
+        """
+        self.morphology = Morphology.of(shape)
+        self.apparatus = Apparatus.of(sensors, self.morphology)
+        self.n_worlds = setup.positive_integer("n_worlds", n_worlds)
+        self.n_voxels = self.morphology.n_voxels
+        self.n_readings = self.apparatus.n_readings
+        self.sensor_names = self.apparatus.names(self.morphology)
+        self.sensor_kinds = self.apparatus.kinds
+        self.dtype = dtype
+        self.device = setup.device(device)
+        self.damage = damage
+        self.lanes = lanes
+        self._noise = setup.finite("noise", noise, 0.0)
+        self._gravity = setup.finite("gravity", gravity)
+        self._engine = engine or Engine()
+        self._seeds = setup.world_seeds(seed, self.n_worlds)
+        self._lifetimes = setup.lifetimes_in_steps(lifetime, self.n_worlds)
+        self._terrains = setup.terrain_list(terrain, self.n_worlds)
+        self._kernels = rollout.kernels(dtype, lanes)
+        groups = -(-self.n_worlds // lanes)
+        self._segments, profiles = setup.pack_terrains(
+            self._terrains, self._extent(), groups * lanes
+        )
+        self._profiles = torch.from_numpy(profiles).to(self.device, dtype)
+        self._build(_FIRST_STEPS)
+        self._state = st.allocate(self._model.layout, self.n_worlds, lanes, dtype, self.device)
+        self._chunks = backend.chunks(groups, threads)
+        self.reset()
+
+    # --- life -----------------------------------------------------------------------------------
+
+    def reset(self, worlds: Tensor | None = None) -> Tensor | None:
+        """Places robots at birth and senses.
+
+        Args:
+            worlds: which ones, (N,) bool; None: all.
+
+        Returns:
+            Readings of all worlds, (N, R), or None without sensors. Velocity and touch, being
+            averages over steps, start at 0.5 and 0.
+        """
+        poses = st.initial_poses(self.morphology, self._terrains, self.n_worlds)
+        newborn = st.newborn(
+            self._state, torch.from_numpy(poses), self._seeds, self._lifetimes
+        )
+        self._break(newborn)
+        if worlds is None:
+            self._state = newborn
+        else:
+            chosen = self._state.lanes_of(self._mask(worlds)) > 0
+            self._state.items.copy_(
+                torch.where(chosen[:, None], newborn.items, self._state.items)
+            )
+        return self._look()
+
+    def step(self, actuation: Tensor) -> Tensor | None:
+        """One control step of 1/60 s under an actuation, then sensing.
+
+        Args:
+            actuation: (N, V), clipped to [-1, 1]; +1 contracts, -1 expands.
+
+        Returns:
+            Readings, (N, R), or None without sensors.
+
+        Raises:
+            ValueError: wrong shape, or not finite.
+        """
+        if actuation.shape != (self.n_worlds, self.n_voxels):
+            raise ValueError(
+                f"actuation: expected shape ({self.n_worlds}, {self.n_voxels}) for worlds and "
+                f"voxels, got {tuple(actuation.shape)}"
+            )
+        return self.run(actuation[None])
+
+    def run(self, actuations: Tensor) -> Tensor | None:
+        """Many control steps in one call, each as ``step`` does it.
+
+        Args:
+            actuations: (T, N, V), clipped to [-1, 1].
+
+        Returns:
+            Readings after the last step, (N, R), or None without sensors.
+
+        Raises:
+            ValueError: wrong shape, or not finite.
+        """
+        if actuations.dim() != 3 or actuations.shape[1:] != (self.n_worlds, self.n_voxels):
+            raise ValueError(
+                f"actuations: expected shape (steps, {self.n_worlds}, {self.n_voxels}), "
+                f"got {tuple(actuations.shape)}"
+            )
+        actions = actuations.detach().to(self.device, self.dtype).contiguous()
+        if not bool(torch.isfinite(actions).all()):
+            raise ValueError("actuation: expected finite numbers, got NaN or infinity")
+        self._reserve(actions.shape[0])
+        readings = self._readings()
+        self._kernels.play(*self._tensors(), actions, readings, self._chunks)
+        self._steps += actions.shape[0]
+        return self._given(readings)
+
+    def run_closed_loop(self, kernel: Any, brain: Tensor, steps: int) -> None:
+        """Many steps with a controller inside the kernel (see ``rollout.closed_loop``).
+
+        Args:
+            kernel: built for this simulator's dtype and lanes.
+            brain: the controller's tensor, (groups, items, lanes), changed in place.
+            steps: how many.
+        """
+        self._reserve(steps)
+        kernel(*self._tensors(), brain, steps, self._chunks)
+        self._steps += steps
+
+    # --- what can be seen -----------------------------------------------------------------------
+
+    @property
+    def time(self) -> float:
+        """Simulated time since the last reset of all worlds [s]."""
+        return float(clock.times(self._steps)[-1]) if self._steps else 0.0
+
+    @property
+    def times(self) -> Tensor:
+        """Age of every world [s], (N,) float64."""
+        steps = self._state.worlds(self._state.header(lay.H_STEP)).long()
+        table = torch.from_numpy(clock.times(int(steps.max()) + 1)).to(self.device)
+        return torch.where(steps > 0, table[(steps - 1).clamp(min=0)], 0.0)
+
+    def mass_poses(self) -> Tensor:
+        """Poses of the squares, (N, V, 4, 3): x, y [m], angle [rad] in [-pi, pi]; corners NW, NE,
+        SE, SW."""
+        bodies = self._state.worlds(self._state.bodies())
+        x, y = bodies[..., lay.X], bodies[..., lay.Y]
+        return torch.stack([x, y, torch.atan2(bodies[..., lay.SIN], bodies[..., lay.COS])], -1)
+
+    def mass_velocities(self) -> Tensor:
+        """Velocities of the squares, (N, V, 4, 3): vx, vy [m/s], omega [rad/s]."""
+        velocities = self._state.worlds(self._state.bodies()[:, :, :, lay.VX : lay.W + 1])
+        velocities[..., 2] /= lay.GYRATION
+        return velocities
+
+    def voxel_centers(self) -> Tensor:
+        """Mean of each voxel's four squares [m], (N, V, 2)."""
+        return self._state.worlds(self._state.bodies()[:, :, :, lay.X : lay.Y + 1].mean(2))
+
+    def center_of_mass(self) -> Tensor:
+        """Mean of the voxel centres [m], (N, 2)."""
+        return self.voxel_centers().mean(1)
+
+    def area_ratios(self) -> Tensor:
+        """Area of each voxel over its area at rest, (N, V)."""
+        bodies = self._state.worlds(self._state.bodies())
+        corners = torch.tensor(material.CORNER_SIGNS, dtype=self.dtype, device=self.device)
+        ax, ay = (corners * material.SQUARE_HALF).unbind(-1)
+        c, s = bodies[..., lay.COS], bodies[..., lay.SIN]
+        x = bodies[..., lay.X] - bodies[..., :1, lay.X] + (c * ax - s * ay)
+        y = bodies[..., lay.Y] - bodies[..., :1, lay.Y] + (s * ax + c * ay)
+        across = (x[..., 2] - x[..., 0]) * (y[..., 3] - y[..., 1])
+        cross = across - (x[..., 3] - x[..., 1]) * (y[..., 2] - y[..., 0])
+        return cross.abs() / (2 * material.VOXEL_SIDE**2)
+
+    def touching(self) -> Tensor:
+        """Whether each voxel touches the ground, (N, V) bool."""
+        pairs = self._state.voxels(lay.PAIRS, 4 * lay.PAIRS_PER_BODY * lay.PAIR_ITEMS)
+        points = pairs.unflatten(2, (-1, lay.PAIR_ITEMS))[:, :, :, lay.PA_POINTS :]
+        depths = points.unflatten(3, (2, lay.POINT_ITEMS))[:, :, :, :, lay.PT_DEPTH]
+        return self._state.worlds((depths >= 0).flatten(2, 3).any(2))
+
+    def actuation(self) -> Tensor:
+        """The actuation in force, (N, V)."""
+        return self._state.worlds(self._state.voxels(lay.ACTUATION)[:, :, 0])
+
+    def failed(self) -> Tensor:
+        """Worlds that became non-finite and were stopped, (N,) bool."""
+        return self._state.worlds(self._state.header(lay.H_FAILED)) > 0
+
+    # --- set-up and checks ----------------------------------------------------------------------
+
+    def set_poses(self, poses: Tensor, velocities: Tensor | None = None) -> Tensor | None:
+        """Moves the squares by hand and senses, e.g. to replay a recording.
+
+        Args:
+            poses: (N, V, 4, 3) x, y [m], angle [rad].
+            velocities: (N, V, 4, 3) vx, vy [m/s], omega [rad/s]; None: at rest.
+
+        Returns:
+            Readings, as ``reset``.
+        """
+        expected = (self.n_worlds, self.n_voxels, 4, 3)
+        for name, values in (("poses", poses), ("velocities", velocities)):
+            if values is not None and tuple(values.shape) != expected:
+                raise ValueError(f"{name}: expected shape {expected}, got {tuple(values.shape)}")
+        st.set_poses(self._state, poses)
+        scale = torch.tensor([1.0, 1.0, lay.GYRATION], dtype=torch.float64)
+        rates = torch.zeros(expected) if velocities is None else velocities
+        lanes = self._state.lanes_of(rates.double().cpu() * scale)
+        self._state.bodies()[:, :, :, lay.VX : lay.W + 1] = lanes
+        st.forget_window(self._state)
+        return self._look()
+
+    def _extent(self) -> float:
+        """Width of ground that a robot may need at once, whatever its posture [m]."""
+        size = material.VOXEL_SIDE * math.hypot(self.morphology.width, self.morphology.height)
+        return _STRETCH * size + 2 * (model.reach(self.apparatus) + ground.MARGIN)
+
+    def _build(self, max_steps: int) -> None:
+        """Makes the model and its tables."""
+        self._model = model.build(
+            self.morphology,
+            self.apparatus,
+            self._engine,
+            self._gravity,
+            self._noise,
+            self._segments,
+            self.damage.mode if self.damage else "rest",
+            max_steps,
+        )
+        self._integers = torch.from_numpy(self._model.integers).to(self.device)
+        self._numbers = torch.from_numpy(self._model.numbers).to(self.device, self.dtype)
+
+    def _reserve(self, steps: int) -> None:
+        """Makes the table of sensor windows long enough for ``steps`` more."""
+        if self._steps + steps > self._model.max_steps:
+            self._build(max(2 * self._model.max_steps, self._steps + steps))
+
+    def _break(self, state: st.State) -> None:
+        """Writes when each voxel breaks and mends, if there is damage."""
+        if self.damage is None:
+            return
+        broken = [self.damage.sample(int(seed), self.n_voxels) for seed in self._seeds]
+        mask = state.lanes_of(torch.from_numpy(np.stack(broken))) > 0
+        start = float(clock.steps_in(self.damage.time))
+        end = self.damage.until
+        stop = st.ENDLESS if math.isinf(end) else float(clock.steps_in(end))
+        view = state.voxels(lay.BREAKS, 2)
+        view[:, :, 0] = torch.where(mask, start, view[:, :, 0])
+        view[:, :, 1] = torch.where(mask, stop, view[:, :, 1])
+
+    def _look(self) -> Tensor | None:
+        """Contacts and readings of the present poses."""
+        self._steps = int(self._state.header(lay.H_STEP).max())
+        readings = self._readings()
+        self._kernels.look(*self._tensors(), readings)
+        return self._given(readings)
+
+    def _tensors(self) -> tuple[Tensor, ...]:
+        """What every kernel takes first."""
+        s = self._state
+        return s.items, s.lists, self._profiles, self._integers, self._numbers
+
+    def _readings(self) -> Tensor:
+        return torch.zeros(
+            self.n_worlds, max(1, self.n_readings), dtype=self.dtype, device=self.device
+        )
+
+    def _given(self, readings: Tensor) -> Tensor | None:
+        return readings if self.n_readings else None
+
+    def _mask(self, worlds: Tensor) -> Tensor:
+        if worlds.shape != (self.n_worlds,) or worlds.dtype != torch.bool:
+            raise ValueError(
+                f"worlds: expected a bool mask of shape ({self.n_worlds},), "
+                f"got {worlds.dtype} {tuple(worlds.shape)}"
+            )
+        return worlds

@@ -1,0 +1,124 @@
+"""Springs: soft constraints along the line between two anchors (REFERENCE: spring).
+
+The textbook quantities K (inverse effective mass), gamma (softness) and m = 1 / (K + gamma)
+are folded into one scale: with gamma = g K for a constant g, direction, arms, bias and impulse
+are stored multiplied or divided by sqrt(m), and one iteration reads
+
+    lambda = -g / (1 + g) acc - bias - J v,    acc += lambda,    v += J^T lambda
+
+where J = (n, arm1, -n, -arm2).
+"""
+
+import math
+
+from physics import layout as lay
+from physics import material
+from physics.backend import ti
+from physics.model import (
+    F_SPRING_ROW,
+    F_SPRINGS,
+    FS_GROW,
+    FS_REST,
+    FS_SHRINK,
+    FS_X1,
+    FS_X2,
+    FS_Y1,
+    FS_Y2,
+    I_SPRING_ROW,
+    I_SPRINGS,
+)
+
+_OMEGA = 2 * math.pi * material.SPRING_FREQUENCY
+_STIFFNESS = _OMEGA**2 * material.DT  # k dt over the effective mass
+_DAMPER = 2 * material.SPRING_DAMPING_RATIO * _OMEGA  # d over the effective mass
+SOFTNESS = 1 / (material.DT * (_DAMPER + _STIFFNESS))  # gamma = SOFTNESS * K
+BIAS = _STIFFNESS / (_DAMPER + _STIFFNESS) / material.DT  # bias = BIAS * (l - L)
+_COUNT = len(material.SPRINGS)
+_RELAX = SOFTNESS / (1 + SOFTNESS)
+
+_SQUARES1 = tuple(spring.square1 for spring in material.SPRINGS)
+_SQUARES2 = tuple(spring.square2 for spring in material.SPRINGS)
+
+
+@ti.func
+def prepare(S: ti.template(), g, m: ti.template(), mi: ti.template(), mf: ti.template(), T: ti.template()):
+    """Directions, arms and biases for this step; applies the impulses of the last one."""
+    for v in range(m.voxels):
+        block = v * lay.VOXEL_ITEMS
+        actuation = S[g, block + lay.ACTUATION]
+        contracts = actuation >= T.f(0.0)
+        for k in range(_COUNT):
+            row = F_SPRINGS + F_SPRING_ROW * k
+            b1 = block + mi[I_SPRINGS + I_SPRING_ROW * k]
+            b2 = block + mi[I_SPRINGS + I_SPRING_ROW * k + 1]
+            o = block + lay.SPRINGS + lay.SPRING_ITEMS * k
+            c1, s1 = S[g, b1 + lay.COS], S[g, b1 + lay.SIN]
+            c2, s2 = S[g, b2 + lay.COS], S[g, b2 + lay.SIN]
+            r1x = c1 * mf[row + FS_X1] - s1 * mf[row + FS_Y1]
+            r1y = s1 * mf[row + FS_X1] + c1 * mf[row + FS_Y1]
+            r2x = c2 * mf[row + FS_X2] - s2 * mf[row + FS_Y2]
+            r2y = s2 * mf[row + FS_X2] + c2 * mf[row + FS_Y2]
+            dx = (S[g, b1 + lay.X] - S[g, b2 + lay.X]) + (r1x - r2x)
+            dy = (S[g, b1 + lay.Y] - S[g, b2 + lay.Y]) + (r1y - r2y)
+            length = ti.sqrt(dx * dx + dy * dy)
+            inverse = T.f(1.0) / length
+            nx = dx * inverse
+            ny = dy * inverse
+            arm1 = (r1x * ny - r1y * nx) * T.f(1 / lay.GYRATION)
+            arm2 = (r2x * ny - r2y * nx) * T.f(1 / lay.GYRATION)
+            # K in units of the inverse mass of a square.
+            k_inverse = T.f(2.0) + arm1 * arm1 + arm2 * arm2
+            inverse_scale = ti.sqrt(T.f(1 + SOFTNESS) * k_inverse)
+            scale = T.f(1.0) / inverse_scale
+            slope = ti.select(contracts, T.vec(mf[row + FS_SHRINK]), T.vec(mf[row + FS_GROW]))
+            rest = mf[row + FS_REST] - slope * actuation
+            nx = nx * scale
+            ny = ny * scale
+            arm1 = arm1 * scale
+            arm2 = arm2 * scale
+            impulse = S[g, o + lay.SP_IMPULSE] * S[g, o + lay.SP_SCALE] * inverse_scale
+            S[g, o + lay.SP_NX] = nx
+            S[g, o + lay.SP_NY] = ny
+            S[g, o + lay.SP_ARM1] = arm1
+            S[g, o + lay.SP_ARM2] = arm2
+            S[g, o + lay.SP_BIAS] = (length - rest) * scale * T.f(BIAS)
+            S[g, o + lay.SP_IMPULSE] = impulse
+            S[g, o + lay.SP_SCALE] = scale
+            S[g, b1 + lay.VX] = S[g, b1 + lay.VX] + nx * impulse
+            S[g, b1 + lay.VY] = S[g, b1 + lay.VY] + ny * impulse
+            S[g, b1 + lay.W] = S[g, b1 + lay.W] + arm1 * impulse
+            S[g, b2 + lay.VX] = S[g, b2 + lay.VX] - nx * impulse
+            S[g, b2 + lay.VY] = S[g, b2 + lay.VY] - ny * impulse
+            S[g, b2 + lay.W] = S[g, b2 + lay.W] - arm2 * impulse
+
+
+@ti.func
+def solve_velocities(S: ti.template(), g, m: ti.template(), T: ti.template()):
+    """One iteration over all springs; the velocities of a voxel stay in registers."""
+    for v in range(m.voxels):
+        block = v * lay.VOXEL_ITEMS
+        vx = [S[g, block + k * lay.BODY_ITEMS + lay.VX] for k in range(4)]
+        vy = [S[g, block + k * lay.BODY_ITEMS + lay.VY] for k in range(4)]
+        w = [S[g, block + k * lay.BODY_ITEMS + lay.W] for k in range(4)]
+        for k in ti.static(range(_COUNT)):
+            i = ti.static(_SQUARES1[k])
+            j = ti.static(_SQUARES2[k])
+            o = block + (lay.SPRINGS + lay.SPRING_ITEMS * k)
+            nx, ny = S[g, o + lay.SP_NX], S[g, o + lay.SP_NY]
+            arm1, arm2 = S[g, o + lay.SP_ARM1], S[g, o + lay.SP_ARM2]
+            acc = S[g, o + lay.SP_IMPULSE]
+            speed = (nx * (vx[i] - vx[j]) + ny * (vy[i] - vy[j])) + (arm1 * w[i] - arm2 * w[j])
+            change = (acc * T.f(-_RELAX) - S[g, o + lay.SP_BIAS]) - speed
+            S[g, o + lay.SP_IMPULSE] = acc + change
+            px = nx * change
+            py = ny * change
+            vx[i] += px
+            vy[i] += py
+            w[i] += arm1 * change
+            vx[j] -= px
+            vy[j] -= py
+            w[j] -= arm2 * change
+        for k in ti.static(range(4)):
+            S[g, block + k * lay.BODY_ITEMS + lay.VX] = vx[k]
+            S[g, block + k * lay.BODY_ITEMS + lay.VY] = vy[k]
+            S[g, block + k * lay.BODY_ITEMS + lay.W] = w[k]

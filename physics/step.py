@@ -1,0 +1,78 @@
+"""One step of the engine, stage by stage (REFERENCE: one step of the engine)."""
+
+from physics import contacts, dynamics, ground, ropes, springs, welds
+from physics import layout as lay
+from physics.backend import ti
+
+
+@ti.func
+def engine_step(
+    S: ti.template(),
+    lists: ti.template(),
+    terrain: ti.template(),
+    g,
+    m: ti.template(),
+    mi: ti.template(),
+    mf: ti.template(),
+    T: ti.template(),
+):
+    """Moves a group of worlds by DT with the actuation in force."""
+    _count_step(S, g, m, T)
+    dynamics.integrate_velocities(S, g, m, mf, T)
+    contacts.prepare(S, lists, g, m, T)
+    springs.prepare(S, g, m, mi, mf, T)
+    ropes.prepare(S, lists, g, m, mi, T)
+    welds.prepare(S, g, m, mi, T)
+    for _ in range(m.velocity_iterations):
+        springs.solve_velocities(S, g, m, T)
+        ropes.solve_velocities(S, lists, g, m, T)
+        welds.solve_velocities(S, g, m, mi, T)
+        contacts.solve_velocities(S, lists, g, m, mf, T)
+    dynamics.integrate_positions(S, g, m, T)
+    _solve_positions(S, lists, g, m, mi, T)
+    ground.update_window(S, terrain, g, m, mf, T)
+    ground.detect(S, lists, g, m, T)
+    _mark_failures(S, g, m, T)
+
+
+@ti.func
+def _count_step(S: ti.template(), g, m: ti.template(), T: ti.template()):
+    """A world lives until its last step is done or it has failed."""
+    h = m.header
+    lives = (S[g, h + lay.H_STEP] < S[g, h + lay.H_LIFE]) & (S[g, h + lay.H_FAILED] == T.f(0.0))
+    alive = ti.select(lives, T.vec(1.0), T.vec(0.0))
+    S[g, h + lay.H_ALIVE] = alive
+    S[g, h + lay.H_STEP] = S[g, h + lay.H_STEP] + alive
+
+
+@ti.func
+def _solve_positions(
+    S: ti.template(),
+    lists: ti.template(),
+    g,
+    m: ti.template(),
+    mi: ti.template(),
+    T: ti.template(),
+):
+    """Mends positions. A lane stops once all was within tolerance, whatever the others do."""
+    live = S[g, m.header + lay.H_ALIVE]
+    iteration = 0
+    while iteration < m.position_iterations:
+        off = contacts.solve_positions(S, lists, g, m, live, T)
+        off = off | ropes.solve_positions(S, lists, g, m, live, T)
+        off = off | welds.solve_positions(S, g, m, mi, live, T)
+        live = ti.select(off, live, T.vec(0.0))
+        iteration = iteration + 1 if off.any() else m.position_iterations
+
+
+@ti.func
+def _mark_failures(S: ti.template(), g, m: ti.template(), T: ti.template()):
+    """A world fails when a position is no longer a finite number of reasonable size."""
+    total = T.vec(0.0)
+    for v in range(m.voxels):
+        for k in range(4):
+            o = v * lay.VOXEL_ITEMS + k * lay.BODY_ITEMS
+            total += ti.abs(S[g, o + lay.X]) + ti.abs(S[g, o + lay.Y])
+    sound = total < T.f(1e9)
+    o = m.header + lay.H_FAILED
+    S[g, o] = ti.select(sound, S[g, o], T.vec(1.0))
