@@ -52,7 +52,6 @@ class _Text:
     size: float
     color: Color
     anchor: str
-    halo: Color | None
 
 
 @cache
@@ -98,25 +97,10 @@ class Canvas:
         self._draw.rectangle((left, top, right - 1, bottom - 1), fill=fill)
 
     def text(
-        self,
-        position: tuple[float, float],
-        text: str,
-        size: float,
-        color: Color,
-        anchor: str,
-        halo: Color | None = None,
+        self, position: tuple[float, float], text: str, size: float, color: Color, anchor: str
     ) -> None:
-        """Write a text on one line.
-
-        Args:
-            position: where [pixels].
-            text: what.
-            size: of the letters [pixels].
-            color: of the letters.
-            anchor: what of the text is at the position, as in Pillow, such as "lt" (left, top).
-            halo: of which colour the letters have a rim, or None.
-        """
-        self._texts.append(_Text(position, text, size, color, anchor, halo))
+        """Write ``text`` at a position [pixels]; ``anchor`` as in Pillow, such as "lt"."""
+        self._texts.append(_Text(position, text, size, color, anchor))
 
     def finish(self) -> Image.Image:
         """The picture, RGB, of the camera's size."""
@@ -124,13 +108,7 @@ class Canvas:
         draw = ImageDraw.Draw(image)
         for item in self._texts:
             draw.text(
-                item.position,
-                item.text,
-                item.color,
-                font=_font(item.size),
-                anchor=item.anchor,
-                stroke_width=0 if item.halo is None else max(1, item.size / 10),
-                stroke_fill=item.halo,
+                item.position, item.text, item.color, font=_font(item.size), anchor=item.anchor
             )
         return image
 

@@ -56,10 +56,8 @@ def draw_frame(
     _draw_robot(canvas, frame)
     _draw_ruler(canvas)
     size, pad = _text_size(camera), _text_size(camera) * 0.8
-    time = f"t = {frame.time:.2f} s"
-    canvas.text((pad, pad), time, size, palette.INK, "lt", palette.SKY)
-    place = (pad, pad + 1.4 * size)
-    canvas.text(place, caption, 0.7 * size, palette.FAINT_INK, "lt", palette.SKY)
+    canvas.text((pad, pad), f"t = {frame.time:.2f} s", size, palette.INK, "lt")
+    canvas.text((pad, pad + 1.4 * size), caption, 0.7 * size, palette.INK, "lt")
     if legend:
         _draw_legend(canvas, 0.85 * size, pad + 0.4 * size)
     return canvas.finish()

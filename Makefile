@@ -1,0 +1,37 @@
+# make run    the main job: evolve a biped, then draw its gait
+# make test   the tests
+# make lint   formatting, lint and types
+# Each prepares .venv first, once. PYTHON=... chooses the interpreter, OUT=... the folder of the run.
+
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+
+# The first of these that is a Python 3.11-3.13 with venv.
+CANDIDATES := python3.11 python3.12 python3.13 python3 python
+PYTHON ?= $(shell for p in $(CANDIDATES); do $$p -c \
+	'import sys, venv, ensurepip; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' \
+	2>/dev/null && echo $$p && break; done)
+
+# runs/first, or the next free name.
+OUT ?= $(shell n=1; out=runs/first; while [ -e $$out ]; do n=$$((n + 1)); out=runs/first-$$n; done; echo $$out)
+
+.PHONY: run test lint
+
+run: $(STAMP)
+	$(BIN)/hebbtorch evolve --shape biped-4x3 --sensors low --terrain hilly-3-30 --duration 60 \
+		--population 40 --generations 60 --out $(OUT)
+
+test: $(STAMP)
+	$(BIN)/python -m pytest
+
+lint: $(STAMP)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+$(STAMP): pyproject.toml constraints.txt
+	@test -n "$(PYTHON)" || { echo "No Python 3.11-3.13 found: install one, or name it with PYTHON=..."; exit 1; }
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]' -c constraints.txt
+	touch $@

@@ -1,0 +1,139 @@
+"""The command line, `hebbtorch <command>`.
+
+Commands import what they need when they run, so that --help answers at once.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated, Literal
+
+import tyro
+from tyro.extras import SubcommandApp
+
+from experiments.config import EvolveConfig
+
+__all__ = ["main"]
+
+_SYSTEM_ERROR, _USAGE_ERROR, _INTERRUPTED = 1, 2, 130
+
+app = SubcommandApp()
+_Folder = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
+
+
+@app.command
+def evolve(
+    config: Annotated[EvolveConfig, tyro.conf.arg(name="")],
+    out: Path | None = None,
+    resume: Path | None = None,
+) -> None:
+    """Evolve controllers; one or several runs.
+
+    Args:
+        config: the options.
+        out: New folder for the run; by default, a free name in runs/.
+        resume: Folder of a run to go on with, exactly; its options are those it has.
+    """
+    from experiments import evolve as evolution
+
+    _one_thread()
+    if resume is None:
+        evolution.evolve(config, out or _free_folder(config))
+        return
+    if out is not None or config != EvolveConfig():
+        raise ValueError(
+            "resume: expected no other option, since a run goes on with those it has; "
+            f"got some: use --resume {resume} alone, or start anew with --out"
+        )
+    evolution.resume(resume)
+
+
+@app.command
+def evaluate(
+    folder: _Folder,
+    terrains: int = 10,
+    terrain: str = "same",
+    damage: Literal["same", "none", "half"] = "same",
+    seed: int = 0,
+    out: Path | None = None,
+) -> None:
+    """Re-assess the champions of a run on terrains that its evolution never met.
+
+    Args:
+        folder: Folder of the run.
+        terrains: Number of terrains.
+        terrain: Kind of terrain, such as hilly-3-30 or flat, or the same as in the evolution.
+        damage: As in `evolve`, or the same as in the evolution.
+        seed: Decides sensor noise and damage.
+        out: CSV file to write; by default evaluation.csv in the run's folder.
+    """
+    from experiments.reassess import report
+
+    _one_thread()
+    report(
+        folder,
+        terrains,
+        None if terrain == "same" else terrain,
+        None if damage == "same" else damage,
+        seed,
+        out or folder / "evaluation.csv",
+    )
+
+
+@app.command
+def render(
+    folder: _Folder,
+    run: int = 0,
+    start: float | None = None,
+    seconds: float = 8.0,
+    seed: int = 0,
+    out: Path | None = None,
+) -> None:
+    """Draw the gait of a run's champion: a picture strip, a GIF and an MP4.
+
+    Args:
+        folder: Folder of the run.
+        run: Which one, if the folder has several.
+        start: Beginning of the film [s]; by default after the robot has learned to walk.
+        seconds: Length of the film [s].
+        seed: Decides terrain, sensor noise and damage of the life shown.
+        out: Folder for the files; by default the run's.
+    """
+    from experiments import film
+
+    _one_thread()
+    for path in film.film_run(folder, run=run, out=out, seed=seed, start=start, seconds=seconds):
+        print(f"wrote {path}")
+
+
+def main() -> None:
+    """Run the command that sys.argv names. A user's mistake is one line and exit code 2."""
+    try:
+        app.cli(prog="hebbtorch", description="Evolve soft robots whose brains learn for life.")
+    except ValueError as error:
+        print(f"hebbtorch: {error}", file=sys.stderr)
+        sys.exit(_USAGE_ERROR)
+    except OSError as error:
+        print(f"hebbtorch: {error}", file=sys.stderr)
+        sys.exit(_SYSTEM_ERROR)
+    except KeyboardInterrupt:
+        sys.exit(_INTERRUPTED)
+
+
+def _one_thread() -> None:
+    """PyTorch's threads wait for each other at every operation, which costs more than these
+    small networks gain; the simulator has threads of its own."""
+    import torch
+
+    torch.set_num_threads(1)
+
+
+def _free_folder(config: EvolveConfig) -> Path:
+    """The first of runs/NAME, runs/NAME-2, ... that does not exist."""
+    name = Path("runs") / f"{config.shape}-{config.sensors}-{config.controller}"
+    folder, number = name, 1
+    while folder.exists():
+        number += 1
+        folder = name.with_name(f"{name.name}-{number}")
+    return folder

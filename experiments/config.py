@@ -1,0 +1,196 @@
+"""What an evolution is: every option of a run, checked before anything is written.
+
+This module imports neither torch nor the simulator at the top, so that the command line can
+show its help at once.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from dataclasses import dataclass
+from typing import Any, Literal, get_args, get_origin, get_type_hints
+
+__all__ = ["EvolveConfig", "fresh_terrain"]
+
+_SEEDED_FAMILIES = ("hilly", "steppy", "flatWithStart")  # a name without seed leaves it open
+_LEAST_DURATION = 0.1  # [s]
+_LEAST_POPULATION = 4  # of which a quarter are parents
+_PLASTIC_OPTIONS = ("sharing", "normalize", "eta", "init")
+
+
+@dataclass(frozen=True)
+class EvolveConfig:
+    """Everything that decides the outcome of an evolution; the defaults are the paper's."""
+
+    shape: str = "biped-4x3"
+    """Robot: biped-WxH, worm-WxH, box-WxH, tripod-WxH, comb-WxH, T-WxH or ball-D."""
+
+    sensors: Literal["low", "medium", "high"] = "low"
+    """Sensory apparatus."""
+
+    controller: Literal["hebbian", "mlp"] = "hebbian"
+    """Plastic network whose rules evolve, or static network whose weights evolve."""
+
+    sharing: Literal["full", "single", "presynaptic", "postsynaptic", "grouped"] = "full"
+    """Which synapses share a rule; "grouped" is one rule per kind of sensor."""
+
+    normalize: Literal["none", "l2"] = "none"
+    """Weights as the rules leave them, or every neuron's incoming weights scaled to norm 1."""
+
+    eta: float | Literal["evolved"] = 0.01
+    """Learning rate, or "evolved" for one gene per rule."""
+
+    init: Literal["zero", "uniform"] = "zero"
+    """Weights at birth: zero, or drawn from U(-1, 1) anew for every life."""
+
+    terrain: str = "hilly-3-30"
+    """Ground. Without a seed, every evaluation gets a terrain of its own; with one
+    ("hilly-3-30-7"), all share it. Also flat, steppy-H-W, uphill-A, downhill-A."""
+
+    damage: Literal["none", "half"] = "none"
+    """"half": each voxel breaks with probability 0.5 at half of the life."""
+
+    generations: int = 500
+    """Populations to evaluate."""
+
+    population: int = 40
+    """Individuals per generation."""
+
+    sigma: float = 0.35
+    """Standard deviation of the mutation."""
+
+    duration: float = 60.0
+    """Length of a life [s]."""
+
+    noise: float = 0.01
+    """Standard deviation of the sensor noise, in units of each sensor's range."""
+
+    runs: int = 1
+    """Independent runs to evolve side by side; run r is the run that --seed SEED+r alone gives."""
+
+    seed: int = 0
+    """Everything random follows from it."""
+
+    device: str = "cpu"
+    """Where to compute: cpu."""
+
+    threads: int | None = None
+    """Threads of the simulator; all cores if not given. No influence on the result."""
+
+    loop: Literal["auto", "fused", "torch"] = "auto"
+    """Control loop: network and physics in one kernel ("fused"), step by step through PyTorch
+    ("torch"), or fused where it can be ("auto")."""
+
+    def validate(self) -> None:
+        """Check every option, and that they fit together. Nothing is written.
+
+        Raises:
+            ValueError: the first option that is wrong: its name, what was expected, what came
+                and how to mend it.
+        """
+        for check in (self._check_choices, self._check_numbers, self._check_controller):
+            check()
+        self._check_world()
+        self._check_device()
+
+    def to_json(self) -> str:
+        """The options as a JSON object, which `from_json` reads back."""
+        return json.dumps(dataclasses.asdict(self), indent=2) + "\n"
+
+    @classmethod
+    def from_json(cls, text: str) -> EvolveConfig:
+        """The options that `to_json` wrote.
+
+        Raises:
+            ValueError: the text is not JSON, or not an object with these options.
+        """
+        values = json.loads(text)  # a JSONDecodeError is a ValueError
+        if not isinstance(values, dict):
+            raise ValueError(f"config: expected a JSON object, got {type(values).__name__}")
+        known = {field.name for field in dataclasses.fields(cls)}
+        if unknown := sorted(values.keys() - known):
+            raise ValueError(f"config: unknown option(s) {', '.join(unknown)}; remove them")
+        return cls(**values)
+
+    def _check_choices(self) -> None:
+        for name, hint in get_type_hints(EvolveConfig).items():
+            allowed = get_args(hint) if get_origin(hint) is Literal else None
+            value = getattr(self, name)
+            if allowed and value not in allowed:
+                raise ValueError(f"{name}: expected one of {', '.join(allowed)}, got {value!r}")
+
+    def _check_numbers(self) -> None:
+        for name, least in (
+            ("generations", 1),
+            ("population", _LEAST_POPULATION),
+            ("runs", 1),
+            ("seed", 0),
+            ("threads", 1),
+        ):
+            value = getattr(self, name)
+            if name == "threads" and value is None:
+                continue
+            if not _is_integer(value) or value < least:
+                raise ValueError(f"{name}: expected an integer >= {least}, got {value!r}")
+        for name, minimum in (("sigma", 0.0), ("noise", 0.0), ("duration", _LEAST_DURATION)):
+            value = getattr(self, name)
+            if not _is_finite(value) or value < minimum:
+                raise ValueError(f"{name}: expected a finite number >= {minimum}, got {value!r}")
+        if self.sigma == 0:
+            raise ValueError("sigma: expected a number > 0, got 0; nothing would evolve")
+        if self.eta != "evolved" and not _is_finite(self.eta):
+            raise ValueError(f'eta: expected a finite number or "evolved", got {self.eta!r}')
+
+    def _check_controller(self) -> None:
+        if self.controller != "mlp":
+            return
+        default = EvolveConfig()
+        for name in _PLASTIC_OPTIONS:
+            if getattr(self, name) != getattr(default, name):
+                raise ValueError(
+                    f"{name}: expected no such option with controller mlp, which has no "
+                    f"plasticity, got {getattr(self, name)!r}; drop it or use controller hebbian"
+                )
+
+    def _check_world(self) -> None:
+        from physics import Apparatus, Morphology, Terrain
+
+        apparatus = Apparatus.of(self.sensors, Morphology.from_name(self.shape))
+        if apparatus.n_readings == 0:
+            raise ValueError(
+                f"sensors: expected at least one reading, got none from {self.sensors!r} on "
+                f"{self.shape!r}; choose a richer apparatus"
+            )
+        Terrain.from_name(fresh_terrain(self.terrain, 0))
+
+    def _check_device(self) -> None:
+        from physics import setup
+
+        try:
+            setup.device(self.device)
+        except RuntimeError:  # PyTorch's, for a name that it does not know
+            raise ValueError(f"device: expected cpu, got {self.device!r}") from None
+
+
+def fresh_terrain(name: str, seed: int) -> str:
+    """The full name of a terrain: `name` itself, or with `seed` added where it leaves one open.
+
+    Args:
+        name: such as "hilly-3-30" (open), "hilly-3-30-7" (fixed) or "flat" (has none).
+        seed: an integer >= 0.
+    """
+    family, *fields = name.split("-")
+    n_fields = 0 if family == "flatWithStart" else 2  # besides the seed
+    is_open = family in _SEEDED_FAMILIES and len(fields) == n_fields
+    return f"{name}-{seed}" if is_open else name
+
+
+def _is_integer(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def _is_finite(value: Any) -> bool:
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return is_number and math.isfinite(value)

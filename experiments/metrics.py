@@ -1,0 +1,39 @@
+"""The numbers of one generation that go to TensorBoard, tag by tag."""
+
+from __future__ import annotations
+
+from torch import Tensor
+
+from experiments.history import Row
+
+__all__ = ["measure"]
+
+
+def measure(
+    row: Row, genomes: Tensor, failed: Tensor, weights: list[Tensor], seconds: float
+) -> dict[str, float]:
+    """Tags and values of one run's population.
+
+    Args:
+        row: its fitness.
+        genomes: shape (population, G).
+        failed: whose world became non-finite, shape (population,).
+        weights: of each layer at the end of the lives, shapes (population, out, in).
+        seconds: wall time of this generation [s].
+    """
+    synapses = [layer.flatten(1).abs() for layer in weights]
+    n_synapses = sum(layer.shape[1] for layer in synapses)
+    return {
+        "fitness/best": row.best,
+        "fitness/median": row.median,
+        "fitness/mean": row.mean,
+        "fitness/q75": row.q75,
+        "genome/spread": genomes.std(0).mean().item(),
+        "genome/mean_size": genomes.abs().mean().item(),
+        "plasticity/mean_weight": sum(layer.sum(1).mean().item() for layer in synapses)
+        / n_synapses,
+        "plasticity/largest_weight": max(layer.max().item() for layer in synapses),
+        "physics/failed": failed.double().mean().item(),
+        "time/generation": seconds,
+        "time/evaluations_per_second": len(genomes) / seconds,
+    }

@@ -1,0 +1,55 @@
+"""Hebbian plasticity for PyTorch: networks that change their weights as they run.
+
+Each synapse follows the ABCD rule dw = eta (A x y + B x + C y + D), x the activation before and
+y the one after it. Evolution, or a gradient, shapes the rules; a life shapes the weights. The
+weights are therefore state, given to every call and returned anew; the rules are parameters.
+Any number of individuals run as one batch, on the CPU each bit for bit as if it were alone.
+
+>>> import torch, hebbtorch
+>>> target = torch.tensor([0.5, -0.5])
+>>> net = hebbtorch.HebbianMLP([3, 4, 2], population=(40,))
+>>> es = hebbtorch.EvolutionStrategy(net.n_genes, population=40, seed=7)
+>>> for generation in range(30):
+...     net.set_genomes(es.ask())
+...     state = net.initial_state()
+...     with torch.no_grad():  # else autograd remembers the whole life
+...         for step in range(20):
+...             y, state = net(torch.ones(40, 3), state)
+...     es.tell(-(y - target).square().sum(-1))
+>>> bool(es.best_fitness > -0.01)
+True
+
+Source: Ferigo, Iacca, Medvet, Pigozzi, "Evolving Hebbian Learning Rules in Voxel-based Soft
+Robots". Equation, section and algorithm numbers in this package are that paper's.
+"""
+
+from hebbtorch.bank import RuleBank
+from hebbtorch.bounds import l2_normalize
+from hebbtorch.evolution import AskTell, EvolutionStrategy
+from hebbtorch.genome import Evolvable, GeneBlock
+from hebbtorch.linear import HebbianLinear
+from hebbtorch.mlp import HebbianMLP
+from hebbtorch.rules import Rule, abcd_update
+from hebbtorch.sharing import SHARINGS, RuleGrid, rule_grid
+from hebbtorch.state import State
+from hebbtorch.stateful import Stateful
+from hebbtorch.static import StaticMLP
+
+__all__ = [
+    "SHARINGS",
+    "AskTell",
+    "EvolutionStrategy",
+    "Evolvable",
+    "GeneBlock",
+    "HebbianLinear",
+    "HebbianMLP",
+    "Rule",
+    "RuleBank",
+    "RuleGrid",
+    "State",
+    "Stateful",
+    "StaticMLP",
+    "abcd_update",
+    "l2_normalize",
+    "rule_grid",
+]

@@ -1,0 +1,84 @@
+"""The rules of a layer as parameters of a module."""
+
+from __future__ import annotations
+
+import math
+
+import torch
+from torch import Tensor, nn
+
+from hebbtorch.draws import Generators, redraw
+from hebbtorch.rules import Rule
+from hebbtorch.sharing import RuleGrid
+
+ETA = 0.01  # the paper's learning rate (Sec. III-B), and what an eta gene of 0 stands for
+
+
+class RuleBank(nn.Module):
+    """The rules of a layer, stored once each; layers that share their rules share the bank.
+
+    Attributes:
+        A, B, C, D: coefficients, (*P, rows, columns), no unit.
+        eta_gene: with eta="evolved", one per rule, (*P, rows, columns); the learning rate is
+            0.01 * 10**gene: 0 is the paper's 0.01, one unit a factor of ten, and it is always
+            positive (a negative one would only turn the signs of A, B, C and D).
+    """
+
+    def __init__(
+        self,
+        grid: RuleGrid,
+        *,
+        eta: float | str = ETA,
+        population: tuple[int, ...] = (),
+        dtype: torch.dtype | None = None,
+        device: torch.device | str | None = None,
+    ) -> None:
+        super().__init__()
+        if eta != "evolved" and not (isinstance(eta, int | float) and math.isfinite(eta)):
+            raise ValueError(f"eta: expected a finite number or 'evolved', got {eta!r}")
+        self.eta = eta
+
+        def coefficient() -> nn.Parameter:
+            shape = (*population, grid.rows, grid.columns)
+            return nn.Parameter(torch.empty(shape, dtype=dtype, device=device))
+
+        self.A = coefficient()
+        self.B = coefficient()
+        self.C = coefficient()
+        self.D = coefficient()
+        self.eta_gene = coefficient() if eta == "evolved" else None
+        self.column_of_input: Tensor | None
+        columns = grid.column_of_input
+        self.register_buffer(
+            "column_of_input",
+            None if columns is None else torch.tensor(columns, device=device),
+            persistent=False,
+        )
+        self.reset_parameters()
+
+    def reset_parameters(self, generator: Generators = None) -> None:
+        """Draw every gene from U(-1, 1), as Algorithm 1 does for its first population."""
+        redraw(self.parameters(), generator)
+
+    def named_genes(self) -> list[tuple[str, nn.Parameter]]:
+        """(name, parameter) in the order of the genes: A, B, C, D and, if evolved, eta."""
+        named = [("A", self.A), ("B", self.B), ("C", self.C), ("D", self.D)]
+        return named if self.eta_gene is None else [*named, ("eta", self.eta_gene)]
+
+    def coefficients(self) -> Rule:
+        """A, B, C, D, each broadcastable to (*P, out, in)."""
+        return Rule(*self._per_input(self.A, self.B, self.C, self.D))
+
+    def learning_rate(self) -> float | Tensor:
+        """eta: the fixed number, or a tensor broadcastable to (*P, out, in)."""
+        if self.eta_gene is None:
+            return float(self.eta)
+        (gene,) = self._per_input(self.eta_gene)
+        # exp, not pow: torch's pow rounds the end of an array unlike its beginning.
+        return ETA * torch.exp(math.log(10.0) * gene)
+
+    def _per_input(self, *parameters: Tensor) -> tuple[Tensor, ...]:
+        column = self.column_of_input
+        if column is None:
+            return parameters
+        return tuple(parameter.index_select(-1, column) for parameter in parameters)

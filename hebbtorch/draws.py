@@ -1,0 +1,57 @@
+"""Random numbers: the same ones for an individual alone and in a batch."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import torch
+from torch import Tensor, nn
+
+Generators = torch.Generator | Sequence[torch.Generator] | None
+
+
+def draw_uniform(
+    shape: tuple[int, ...],
+    generator: Generators,
+    *,
+    dtype: torch.dtype,
+    device: torch.device,
+) -> Tensor:
+    """Independent draws from U(-1, 1).
+
+    Drawn in float64 on the generator's device and then converted, so that neither precision
+    nor device changes the numbers.
+
+    Args:
+        shape: shape of the result, (*P, rows, columns).
+        generator: one generator for everything, None for torch's default one, or a sequence of
+            one generator per entry of the first dimension: each entry is then what its generator
+            alone would give, whoever else is in the batch.
+        dtype: of the result.
+        device: of the result.
+
+    Raises:
+        ValueError: the sequence's length is not that of the first dimension.
+    """
+    if generator is None or isinstance(generator, torch.Generator):
+        source = generator.device if generator is not None else torch.device("cpu")
+        draw = torch.rand(shape, generator=generator, dtype=torch.float64, device=source)
+        return (2 * draw - 1).to(device=device, dtype=dtype)
+    generators = list(generator)
+    if len(shape) < 3 or len(generators) != shape[0]:
+        raise ValueError(
+            f"generator: expected one generator per entry of the first population dimension "
+            f"of {shape[:-2]}, got {len(generators)}"
+        )
+    return torch.stack([draw_uniform(shape[1:], g, dtype=dtype, device=device) for g in generators])
+
+
+@torch.no_grad()
+def redraw(parameters: Iterable[nn.Parameter], generator: Generators) -> None:
+    """Fill parameters (*P, rows, columns) with draws from U(-1, 1), one after the other."""
+    for parameter in parameters:
+        parameter.copy_(
+            draw_uniform(
+                tuple(parameter.shape), generator, dtype=parameter.dtype, device=parameter.device
+            )
+        )

@@ -1,0 +1,138 @@
+"""Genomes: flat vectors of genes, and the parameters they stand for."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import torch
+from torch import Tensor, nn
+
+
+class GeneBlock(NamedTuple):
+    """A run of consecutive genes that make up one parameter of one layer.
+
+    Attributes:
+        layer: index of the layer (0 leaves the inputs).
+        name: "A", "B", "C", "D", "eta", or "weight" for a static network.
+        genes: where they stand in the genome.
+        shape: (rows, columns) that they fill, row-major: rows are post-synaptic neurons,
+            columns pre-synaptic ones, either of them 1 (or the number of groups) where shared.
+    """
+
+    layer: int
+    name: str
+    genes: slice
+    shape: tuple[int, int]
+
+
+def check_population(population: Iterable[int]) -> tuple[int, ...]:
+    """The population's dimensions as a tuple.
+
+    Raises:
+        ValueError: not a sequence of positive integers.
+    """
+    dims = _positive(population)
+    if dims is None:
+        raise ValueError(
+            f"population: expected a tuple of positive sizes such as () or (40,), "
+            f"got {population!r}"
+        )
+    return dims
+
+
+def check_sizes(sizes: Iterable[int]) -> tuple[int, ...]:
+    """The number of neurons in each layer of a network as a tuple.
+
+    Raises:
+        ValueError: not a sequence of at least two positive integers.
+    """
+    layers = _positive(sizes)
+    if layers is None or len(layers) < 2:
+        raise ValueError(
+            f"sizes: expected the neurons of two or more layers such as [29, 29, 10], got {sizes!r}"
+        )
+    return layers
+
+
+def _positive(numbers: object) -> tuple[int, ...] | None:
+    """The numbers as a tuple if they are a sequence of positive integers, else None."""
+    if not isinstance(numbers, Iterable):
+        return None
+    items = tuple(numbers)
+    return items if all(isinstance(n, int) and n > 0 for n in items) else None
+
+
+class Evolvable(nn.Module, ABC):
+    """A module whose parameters, of shape (*P, rows, columns), are one genome per individual.
+
+    Gene order: layer by layer from the inputs on; within a layer block by block, for a Hebbian
+    one A, B, C, D and, if evolved, eta; within a block row-major, rows (post-synaptic) first.
+    Rules that several layers share appear once, in the first of them. `gene_blocks` states the
+    order as data, so that a genome in any other order can be rearranged:
+
+        for block in net.gene_blocks:
+            genome[block.genes] = foreign[block.layer][block.name].reshape(-1)
+
+    Attributes:
+        population: P, the population dimensions; () for one individual.
+    """
+
+    population: tuple[int, ...]
+
+    @abstractmethod
+    def gene_parameters(self) -> list[tuple[int, str, nn.Parameter]]:
+        """(layer, name, parameter) in the order of the genes."""
+
+    @property
+    def gene_blocks(self) -> tuple[GeneBlock, ...]:
+        """What each gene stands for, in the order of the genome."""
+        blocks = []
+        start = 0
+        for layer, name, parameter in self.gene_parameters():
+            rows, columns = parameter.shape[-2:]
+            genes = slice(start, start + rows * columns)
+            blocks.append(GeneBlock(layer, name, genes, (rows, columns)))
+            start = genes.stop
+        return tuple(blocks)
+
+    @property
+    def n_genes(self) -> int:
+        """G, the number of genes of one individual."""
+        return sum(p.shape[-2] * p.shape[-1] for _, _, p in self.gene_parameters())
+
+    def genomes(self) -> Tensor:
+        """The genomes (*P, G) that the parameters stand for: a copy, without gradients."""
+        blocks = [p.detach().flatten(-2) for _, _, p in self.gene_parameters()]
+        return torch.cat(blocks, -1)
+
+    @torch.no_grad()
+    def set_genomes(self, genomes: Tensor) -> None:
+        """Take the parameters from genomes.
+
+        Args:
+            genomes: (*P, G), finite, of any real floating dtype and on any device; converted to
+                those of the network.
+
+        Raises:
+            ValueError: wrong type, shape or dtype, or a gene that is NaN or infinite.
+        """
+        expected = (*self.population, self.n_genes)
+        if not isinstance(genomes, Tensor) or not genomes.is_floating_point():
+            kind = genomes.dtype if isinstance(genomes, Tensor) else type(genomes).__name__
+            raise ValueError(f"genomes: expected a tensor of a floating dtype, got {kind}")
+        if tuple(genomes.shape) != expected:
+            raise ValueError(
+                f"genomes: expected shape {expected}, the population {self.population} and "
+                f"{self.n_genes} genes, got {tuple(genomes.shape)}"
+            )
+        dtype = next(self.parameters()).dtype
+        converted = genomes.to(dtype)
+        bad = int((~converted.isfinite()).sum())
+        if bad:
+            raise ValueError(
+                f"genomes: expected genes that are finite in {dtype}, got {bad} NaN or infinite"
+            )
+        for block, (_, _, parameter) in zip(self.gene_blocks, self.gene_parameters(), strict=True):
+            parameter.copy_(converted[..., block.genes].unflatten(-1, block.shape))

@@ -1,0 +1,54 @@
+"""Plastic weights as explicit state: created by a network, passed in, returned anew."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import torch
+from torch import Tensor
+
+
+class State(NamedTuple):
+    """What one plastic step changes: the synaptic weights.
+
+    A tuple, hence a pytree: it passes through `torch.func` as it is. No method writes into it.
+
+    Attributes:
+        weights: one tensor (*batch, *P, out, in) per layer, from the inputs on, no unit.
+    """
+
+    weights: tuple[Tensor, ...]
+
+    def reset(self, mask: Tensor, fresh: State) -> State:
+        """The state in which the individuals in `mask` start again and the others go on.
+
+        Args:
+            mask: bool, (*batch, *P); True takes the weights from `fresh`.
+            fresh: the weights to start from, as `initial_state()` of the network gives them.
+
+        Raises:
+            ValueError: the mask is not bool or not of that shape.
+        """
+        expected = self.weights[0].shape[:-2]
+        if mask.dtype != torch.bool or mask.shape != expected:
+            raise ValueError(
+                f"mask: expected a bool tensor of shape {tuple(expected)}, "
+                f"got {mask.dtype} of shape {tuple(mask.shape)}"
+            )
+        chosen = mask[..., None, None]
+        return State(
+            tuple(
+                torch.where(chosen, new, old)
+                for new, old in zip(fresh.weights, self.weights, strict=True)
+            )
+        )
+
+    def detach(self) -> State:
+        """The same weights without their autograd history."""
+        return State(tuple(weights.detach() for weights in self.weights))
+
+    def to(
+        self, device: torch.device | str | None = None, dtype: torch.dtype | None = None
+    ) -> State:
+        """The same weights on another device or in another precision."""
+        return State(tuple(weights.to(device=device, dtype=dtype) for weights in self.weights))

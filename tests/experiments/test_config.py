@@ -1,0 +1,98 @@
+"""Options: the paper's defaults, clear refusals before anything is written, JSON."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from experiments.config import EvolveConfig, fresh_terrain
+from experiments.evolve import evolve
+
+
+def test_defaults_are_the_papers() -> None:
+    config = EvolveConfig()
+    config.validate()
+    assert (config.population, config.generations, config.sigma) == (40, 500, 0.35)  # Sec. III-C
+    assert (config.eta, config.init, config.normalize) == (0.01, "zero", "none")  # Sec. III-B
+    assert (config.terrain, config.duration, config.noise) == ("hilly-3-30", 60.0, 0.01)  # Sec. IV
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("shape", "cube-3"),
+        ("shape", "biped-4"),
+        ("sensors", "lowest"),
+        ("controller", "lstm"),
+        ("sharing", "none"),
+        ("normalize", "l1"),
+        ("eta", float("nan")),
+        ("eta", "learned"),
+        ("init", "ones"),
+        ("terrain", "hilly-3"),
+        ("terrain", "mountain"),
+        ("damage", "all"),
+        ("generations", 0),
+        ("population", 3),
+        ("population", 4.5),
+        ("sigma", 0.0),
+        ("sigma", float("inf")),
+        ("duration", 0.0),
+        ("duration", float("nan")),
+        ("noise", -0.1),
+        ("runs", 0),
+        ("seed", -1),
+        ("seed", True),
+        ("device", "tpu"),
+        ("device", "cuda:99"),
+        ("threads", 0),
+        ("loop", "fast"),
+    ],
+)
+def test_a_wrong_option_is_refused_and_nothing_written(
+    name: str, value: object, tmp_path: Path
+) -> None:
+    config = replace(EvolveConfig(), **{name: value})
+    with pytest.raises(ValueError, match=rf"^{name}: .*expected .*got") as refusal:
+        evolve(config, tmp_path / "run")
+    assert "\n" not in str(refusal.value)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("sharing", "single"), ("normalize", "l2"), ("eta", 0.1), ("init", "uniform")],
+)
+def test_options_of_plasticity_are_refused_for_a_static_network(name: str, value: object) -> None:
+    replace(EvolveConfig(), **{name: value}).validate()
+    with pytest.raises(ValueError, match=rf"^{name}: .*mlp"):
+        replace(EvolveConfig(), controller="mlp", **{name: value}).validate()
+
+
+def test_json_keeps_every_option() -> None:
+    config = EvolveConfig(
+        shape="worm-7x1", eta="evolved", sigma=0.1 + 0.2, threads=3, runs=2, seed=2**62
+    )
+    assert EvolveConfig.from_json(config.to_json()) == config
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", '{"colour": 1}'])
+def test_json_of_something_else_is_refused(text: str) -> None:
+    with pytest.raises(ValueError):
+        EvolveConfig.from_json(text)
+
+
+@pytest.mark.parametrize(
+    ("name", "full"),
+    [
+        ("hilly-3-30", "hilly-3-30-5"),
+        ("hilly-3-30-7", "hilly-3-30-7"),
+        ("steppy-1-10", "steppy-1-10-5"),
+        ("flatWithStart", "flatWithStart-5"),
+        ("flatWithStart-7", "flatWithStart-7"),
+        ("uphill-10", "uphill-10"),
+        ("flat", "flat"),
+    ],
+)
+def test_a_seed_is_added_where_the_name_leaves_it_open(name: str, full: str) -> None:
+    assert fresh_terrain(name, 5) == full

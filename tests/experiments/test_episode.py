@@ -1,0 +1,98 @@
+"""One life: the order of acting and sensing, and how speed is measured."""
+
+from dataclasses import replace
+from typing import Any, Literal
+
+import pytest
+import torch
+
+import hebbtorch
+from experiments import controller
+from experiments.config import EvolveConfig
+from experiments.episode import Life, live
+from experiments.evaluate import world
+from physics import Terrain
+
+N = 3
+
+
+def born(config: EvolveConfig):
+    sim = world(config, [Terrain.from_name(f"hilly-3-30-{i}") for i in range(N)], list(range(N)))
+    networks = controller.build(config, N)
+    genomes = torch.rand(N, networks.n_genes, generator=torch.Generator().manual_seed(1)) * 2 - 1
+    networks.set_genomes(genomes)
+    return sim, networks
+
+
+@pytest.mark.parametrize("kind", ["hebbian", "mlp"])
+@pytest.mark.parametrize(
+    ("loop", "tolerance"),
+    [("torch", 0.0), ("fused", 1e-4)],  # float32 sums in another order, half a second long
+)
+def test_a_life_is_the_loop_of_the_paper(
+    tiny: EvolveConfig, kind: Literal["hebbian", "mlp"], loop: Any, tolerance: float
+) -> None:
+    config = replace(tiny, controller=kind)
+    life = live(*born(config), config.duration, loop=loop, trace=True)
+
+    sim, networks = born(config)
+    state = networks.initial_state()
+    sim.reset()
+    readings = sim.step(torch.zeros(N, sim.n_voxels))  # the first step has no actuation
+    way, times = [sim.center_of_mass()], [sim.time]
+    while sim.time < config.duration:
+        actuation, state = networks(readings, state)
+        readings = sim.step(actuation)
+        way.append(sim.center_of_mass())
+        times.append(sim.time)
+    _, state = networks(readings, state)  # learns from the last readings, too
+
+    def assert_close(ours: torch.Tensor, expected: torch.Tensor) -> None:
+        torch.testing.assert_close(ours, expected, rtol=0, atol=tolerance)
+
+    speed = (way[-1] - way[0]).double()[:, 0] / (times[-1] - times[0])
+    torch.testing.assert_close(life.speed, speed, rtol=1e-6, atol=1e-6 + 2 * tolerance)
+    assert_close(life.trace, torch.stack(way).double())
+    for ours, expected in zip(life.state.weights, state.weights, strict=True):
+        assert_close(ours, expected)
+    assert speed.abs().min() > 1e-2  # they do move
+    assert not life.failed.any()
+
+
+def test_keeping_a_trace_changes_nothing(tiny: EvolveConfig) -> None:
+    for loop in ("fused", "torch"):
+        with_trace = live(*born(tiny), tiny.duration, loop=loop, trace=True)
+        without = live(*born(tiny), tiny.duration, loop=loop)
+        assert torch.equal(with_trace.speed, without.speed)
+        assert without.trace is None
+
+
+def test_other_networks_are_driven_through_torch(tiny: EvolveConfig) -> None:
+    class Backwards(hebbtorch.HebbianMLP):
+        def forward(self, x, state, plastic=True):
+            y, state = super().forward(x, state, plastic)
+            return -y, state
+
+    sim, networks = born(tiny)
+    other = Backwards(networks.sizes, population=(N,))
+    other.set_genomes(networks.genomes())
+    own = live(sim, networks, tiny.duration, loop="torch")
+    assert not torch.equal(live(sim, other, tiny.duration).speed, own.speed)
+    with pytest.raises(ValueError, match="loop: expected auto or torch .* got fused for Backwards"):
+        live(sim, other, tiny.duration, loop="fused")
+
+
+def test_a_life_starts_at_birth_whatever_came_before(tiny: EvolveConfig) -> None:
+    sim, networks = born(tiny)
+    first = live(sim, networks, tiny.duration)
+    assert torch.equal(live(sim, networks, tiny.duration).speed, first.speed)
+
+
+def test_weights_at_birth_matter(tiny: EvolveConfig) -> None:
+    sim, networks = born(tiny)
+    state = networks.initial_state("uniform", generator=torch.Generator().manual_seed(0))
+    given: Life = live(sim, networks, tiny.duration, state=state)
+    default: Life = live(sim, networks, tiny.duration)
+    assert not torch.equal(given.speed, default.speed)
+    zero = live(sim, networks, tiny.duration, state=networks.initial_state())
+    assert torch.equal(zero.speed, default.speed)

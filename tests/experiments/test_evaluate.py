@@ -1,0 +1,99 @@
+"""Fitness: each life in a world of its own, whoever else is evaluated."""
+
+from dataclasses import replace
+
+import pytest
+import torch
+
+from experiments import controller, seeds
+from experiments.config import EvolveConfig
+from experiments.evaluate import Evaluator, lives, world
+from experiments.reassess import reassess
+from physics import Terrain
+
+
+def genomes(config: EvolveConfig, seed: int = 0) -> torch.Tensor:
+    n_genes = Evaluator(config).n_genes
+    draw = torch.rand(
+        config.runs, config.population, n_genes, generator=torch.Generator().manual_seed(seed)
+    )
+    return 2 * draw - 1
+
+
+def alike(config: EvolveConfig) -> torch.Tensor:
+    """The same individual, population times."""
+    return genomes(config)[:, :1].expand(-1, config.population, -1)
+
+
+@pytest.mark.parametrize("init", ["zero", "uniform"])
+def test_runs_side_by_side_are_the_runs_alone(tiny: EvolveConfig, init: str) -> None:
+    both = replace(tiny, runs=2, init=init, damage="half")
+    population = genomes(both)
+    together = Evaluator(both)(population, 3).speed.reshape(2, tiny.population)
+    for run in (0, 1):
+        alone = replace(both, runs=1, seed=both.seed + run)
+        assert torch.equal(Evaluator(alone)(population[run : run + 1], 3).speed, together[run])
+
+
+def test_fitness_does_not_depend_on_the_population(tiny: EvolveConfig) -> None:
+    population = genomes(tiny)
+    full = Evaluator(tiny)(population, 1).speed
+    fewer = replace(tiny, population=5)
+    assert torch.equal(Evaluator(fewer)(population[:, :5], 1).speed, full[:5])
+
+
+def test_every_evaluation_has_terrain_and_noise_of_its_own(tiny: EvolveConfig) -> None:
+    evaluator, same = Evaluator(tiny), alike(tiny)
+    first, second = evaluator(same, 1).speed, evaluator(same, 2).speed
+    assert len(set(torch.cat((first, second)).tolist())) == 2 * tiny.population
+    assert torch.equal(evaluator(same, 1).speed, first)
+
+
+def test_a_terrain_with_seed_is_shared(tiny: EvolveConfig) -> None:
+    fixed = replace(tiny, terrain="hilly-3-30-7", noise=0.0)
+    speed = Evaluator(fixed)(alike(fixed), 1).speed
+    assert (speed == speed[0]).all()
+
+
+def test_uniform_weights_at_birth_differ_between_lives(tiny: EvolveConfig) -> None:
+    config = replace(tiny, terrain="flat", noise=0.0, init="uniform")
+    speed = Evaluator(config)(alike(config), 1).speed
+    assert len(set(speed.tolist())) == tiny.population
+
+
+def test_damage_strikes_at_half_of_the_life(tiny: EvolveConfig) -> None:
+    ways = {}
+    for damage in ("none", "half"):
+        config = replace(tiny, shape="biped-4x3", terrain="flat", noise=0.0, damage=damage)
+        sim = world(config, [Terrain.from_name("flat")] * 2, [1, 2])
+        sim.reset()
+        way = []
+        while sim.time < config.duration:
+            sim.step(torch.ones(2, sim.n_voxels))
+            way.append(sim.area_ratios())
+        ways[damage] = torch.stack(way)
+    differs = (ways["none"] != ways["half"]).flatten(1).any(1).tolist()
+    half = len(differs) // 2
+    assert not any(differs[: half - 2])
+    assert all(differs[half + 2 :])
+    assert not torch.equal(ways["half"][-1, 0], ways["half"][-1, 1])  # other voxels each
+
+
+def test_reassessment_is_on_the_predefined_terrains(tiny: EvolveConfig) -> None:
+    config = replace(tiny, noise=0.0)
+    champions = genomes(config)[0, :2]
+    speeds = reassess(config, champions, seeds.unseen_terrain_seeds(3))
+    for champion in range(2):
+        networks = controller.build(config, 1)
+        networks.set_genomes(champions[champion : champion + 1])
+        for terrain in range(3):
+            ground = Terrain.from_name(f"hilly-3-30-{terrain}")
+            alone = lives(config, networks, [ground], [0], [0]).speed
+            assert torch.equal(speeds[champion, terrain], alone[0])
+
+
+def test_reassessment_has_noise_that_follows_from_its_seed(tiny: EvolveConfig) -> None:
+    champions, terrains = genomes(tiny)[0, :2], [0, 1]
+    first = reassess(tiny, champions, terrains, seed=1)
+    assert torch.equal(reassess(tiny, champions, terrains, seed=1), first)
+    assert not torch.equal(reassess(tiny, champions, terrains, seed=2), first)

@@ -1,0 +1,146 @@
+"""Whole evolutions: what they leave, and that going on is the same as never having stopped."""
+
+import csv
+import random
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import torch
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+from experiments.champion import Champions
+from experiments.config import EvolveConfig
+from experiments.evolve import evolve, resume
+from experiments.progress import ProgressDisplay
+
+COMMAND = [sys.executable, "-c", "from experiments.cli import main; main()"]
+
+
+def history(folder: Path) -> list[list[str]]:
+    """All columns but the seconds, as written."""
+    with (folder / "history.csv").open(newline="") as file:
+        return [row[:-1] for row in csv.reader(file)]
+
+
+def logged(folder: Path, tag: str = "fitness/best") -> list[tuple[int, float]]:
+    return [(e.step, e.value) for e in EventAccumulator(str(folder)).Reload().Scalars(tag)]
+
+
+def assert_same_outcome(folder: Path, expected: Path) -> None:
+    assert history(folder) == history(expected)
+    ours, theirs = Champions.load(folder), Champions.load(expected)
+    assert ours.config == theirs.config
+    assert torch.equal(ours.genomes, theirs.genomes)
+    assert torch.equal(ours.fitness, theirs.fitness)
+
+
+@pytest.fixture(scope="module")
+def finished(tiny: EvolveConfig, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("finished") / "run"
+    evolve(tiny, folder)
+    return folder
+
+
+def stop_after(generation: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Press Ctrl-C once a generation is done."""
+    show = ProgressDisplay.show
+
+    def show_and_stop(self: ProgressDisplay, rows: list, rate: float) -> None:
+        show(self, rows, rate)
+        if rows[0].generation == generation:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(ProgressDisplay, "show", show_and_stop)
+
+
+def test_a_finished_run_is_complete(tiny: EvolveConfig, finished: Path) -> None:
+    header, *rows = history(finished)
+    assert header == ["run", "generation", "best", "median", "mean", "q75", "evaluations"]
+    assert [row[1] for row in rows] == ["1", "2", "3", "4", "5", "6"]
+    assert [row[6] for row in rows] == ["8", "16", "24", "32", "40", "48"]
+    champions = Champions.load(finished)
+    assert champions.config == tiny
+    assert champions.fitness.tolist() == [float(rows[-1][2])]  # Algorithm 1 returns the last best
+    assert [step for step, _ in logged(finished)] == [1, 2, 3, 4, 5, 6]
+    names = {path.name for path in finished.iterdir()}
+    assert {"config.json", "checkpoint.pt", "champion.safetensors", "gait.gif"} <= names
+
+
+def test_stopped_and_resumed_is_the_same(
+    tiny: EvolveConfig, finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "run"
+    with monkeypatch.context() as patch:
+        stop_after(2, patch)
+        with pytest.raises(KeyboardInterrupt):
+            evolve(tiny, folder)
+    assert len(history(folder)) == 1 + 2
+    with monkeypatch.context() as patch:
+        stop_after(3, patch)
+        with pytest.raises(KeyboardInterrupt):
+            resume(folder)
+    resume(folder)
+    assert_same_outcome(folder, finished)
+    assert logged(folder) == logged(finished)
+
+
+def test_resuming_a_finished_run_changes_nothing_that_counts(
+    finished: Path, tmp_path: Path
+) -> None:
+    before, events = history(finished), logged(finished)
+    (finished / "champion.safetensors").unlink()  # as if killed in the last moment
+    resume(finished)
+    assert history(finished) == before
+    assert logged(finished) == events
+    assert Champions.load(finished).fitness.tolist() == [float(before[-1][2])]
+
+
+def test_runs_side_by_side_evolve_as_they_would_alone(
+    tiny: EvolveConfig, finished: Path, tmp_path: Path
+) -> None:
+    folder = tmp_path / "runs"
+    evolve(replace(tiny, runs=2, seed=tiny.seed - 1), folder)
+    rows = [row[1:] for row in history(folder) if row[0] == "1"]
+    assert rows == [row[1:] for row in history(finished)[1:]]
+    champions, alone = Champions.load(folder), Champions.load(finished)
+    assert torch.equal(champions.genomes[1], alone.genomes[0])
+    assert logged(folder / "run-1") == logged(finished)
+
+
+def start(arguments: str, folder: Path, generations: int) -> subprocess.Popen[str]:
+    """`hebbtorch <arguments>`, once it has done some generations."""
+    process = subprocess.Popen([*COMMAND, *arguments.split()], stdout=subprocess.PIPE, text=True)
+    while not folder.exists() or len(history(folder)) < 1 + generations:
+        assert process.poll() is None
+        time.sleep(0.001)
+    time.sleep(random.uniform(0, 0.05))
+    return process
+
+
+def test_interrupted_killed_and_resumed_is_the_same(tiny: EvolveConfig, tmp_path: Path) -> None:
+    longer = replace(tiny, generations=60)
+    expected, folder = tmp_path / "expected", tmp_path / "killed"
+    evolve(longer, expected)
+
+    options = "--shape worm-2x1 --duration 0.5 --population 8 --generations 60 --threads 1 --seed 5"
+    process = start(f"evolve {options} --out {folder}", folder, generations=5)
+    process.send_signal(signal.SIGINT)
+    assert f"hebbtorch evolve --resume {folder}" in process.communicate()[0]
+    assert process.returncode == 130
+    done = len(history(folder)) - 1
+    assert done < 60
+
+    process = start(f"evolve --resume {folder}", folder, generations=done + 5)
+    process.kill()
+    process.communicate()
+    assert process.returncode == -signal.SIGKILL
+    assert len(history(folder)) < 1 + 60
+
+    resume(folder)
+    assert_same_outcome(folder, expected)
+    assert logged(folder) == logged(expected)

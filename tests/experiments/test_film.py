@@ -1,0 +1,145 @@
+import dataclasses
+import math
+
+import imageio_ffmpeg
+import numpy as np
+import pytest
+import torch
+from PIL import Image
+
+from experiments import controller
+from experiments.champion import Champions
+from experiments.config import EvolveConfig
+from experiments.film import film_run, gait_period, lidar_rays, record
+from experiments.reassess import reassess
+from physics import Apparatus, Simulator
+from physics.apparatus import Sensor
+from physics.clock import steps_in
+
+CONFIG = EvolveConfig(shape="biped-4x3", sensors="high", duration=1.0)
+
+
+def genome(seed=0, config=CONFIG):
+    n_genes = controller.build(config, 1).n_genes
+    return torch.randn(n_genes, generator=torch.Generator().manual_seed(seed))
+
+
+@pytest.fixture
+def run(tmp_path):
+    """The folder of a run of two champions."""
+    folder = tmp_path / "run"
+    folder.mkdir()
+    Champions(CONFIG, torch.stack([genome(0), genome(1)]), torch.tensor([2.0, 3.0])).save(folder)
+    return folder
+
+
+# --- the recorded life --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+@pytest.mark.parametrize("damage", ["none", "half"])
+def test_recorded_life_is_the_one_of_the_reassessment(seed, damage):
+    config = dataclasses.replace(CONFIG, damage=damage, noise=0.05, init="uniform")
+    recording = record(config, genome(), seed=seed, start=0.0, seconds=1.0)
+    speed = reassess(config, genome()[None], [seed]).item()
+    assert recording.speed == pytest.approx(speed, abs=1e-4)
+    assert recording.terrain.name == f"hilly-3-30-{seed}"
+    assert len(recording.frames) == steps_in(1.0)
+
+
+def test_film_begins_and_ends_when_asked_to():
+    frames = record(CONFIG, genome(), start=0.4, seconds=0.3).frames
+    assert frames[0].time == pytest.approx(0.4)
+    assert frames[-1].time == pytest.approx(0.7, abs=1 / 60)
+    assert len(frames) == round((frames[-1].time - frames[0].time) * 60) + 1
+    last = record(CONFIG, genome(), seconds=0.25).frames  # by default as late as a short life lets
+    assert last[0].time == pytest.approx(0.75)
+    assert last[-1].time == pytest.approx(1.0, abs=1 / 60)
+
+
+def test_rays_are_as_long_as_the_lidar_reads():
+    angle, reach = 0.4, 10.0
+    turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+    corners = 0.9 * np.array([[-1, 1], [1, 1], [1, -1], [-1, -1]]) @ turn.T + (20, 8)
+    other = np.zeros((4, 3))
+    poses = np.stack([other, np.column_stack([corners, np.zeros(4)])])
+    apparatus = Apparatus(
+        ((Sensor("area"),), (Sensor("touch"), Sensor("lidar", angles=(-30, 0), range=reach)))
+    )
+    rays = lidar_rays(poses, np.array([0.9, 0.8, 0.5, 0.25]), apparatus)
+    for ray, reading, own in zip(rays, (0.5, 0.25), (-math.pi / 6, 0.0), strict=True):
+        direction = [math.cos(angle + own), math.sin(angle + own)]
+        assert ray[0] == pytest.approx([20, 8])
+        assert ray[1] - ray[0] == pytest.approx(np.multiply(direction, reading * reach))
+
+
+def test_without_lidar_there_are_no_rays():
+    apparatus = Apparatus(((Sensor("area"),),))
+    assert lidar_rays(np.zeros((1, 4, 3)), np.array([0.5]), apparatus) is None
+
+
+# --- the gait -----------------------------------------------------------------------------------
+
+TIMES = np.arange(480) / 60
+
+
+def test_period_of_a_gait_with_overtones():
+    phases = np.array([0.0, 1.0, 4.0])
+    turns = 2 * np.pi * TIMES[:, None] / 1.5 + phases
+    levels = 0.3 + np.sin(turns) + 0.6 * np.sin(2 * turns + 1)
+    assert gait_period(levels, 1 / 60) == pytest.approx(1.5, abs=0.02)
+
+
+def test_what_does_not_repeat_itself_has_no_period():
+    noise = np.random.default_rng(0).normal(size=(480, 4))
+    assert gait_period(noise, 1 / 60) is None
+    assert gait_period(np.ones((480, 4)), 1 / 60) is None
+    assert gait_period(np.exp(-TIMES)[:, None], 1 / 60) is None
+    assert gait_period(np.sin(TIMES[:3])[:, None], 1 / 60) is None
+
+
+# --- files --------------------------------------------------------------------------------------
+
+
+def test_a_run_is_filmed(run, tmp_path):
+    files = film_run(run, run=1, out=tmp_path / "new" / "films", seconds=0.5)
+    assert [path.name for path in files] == ["gait.png", "gait.gif", "gait.mp4"]
+    assert all(path.parent == tmp_path / "new" / "films" for path in files)
+    with Image.open(files[0]) as strip, Image.open(files[1]) as gif:
+        assert strip.width == 1800
+        assert gif.n_frames == 11  # 0.5 s at 20 pictures per second
+    assert imageio_ffmpeg.count_frames_and_secs(str(files[2]))[0] == 16  # at 30
+
+
+def test_champions_of_two_runs_are_filmed_apart_and_repeatably(run):
+    def strip(**options):
+        path, _ = film_run(run, seconds=0.3, mp4=False, **options)
+        return path.read_bytes()
+
+    assert strip() == strip(run=0)
+    assert strip() != strip(run=1)
+    assert strip() != strip(seed=1)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"run": 2}, "run: expected 0 to 1, .* got 2"),
+        ({"seconds": 0.0}, "seconds: expected a number > 0, got 0.0"),
+        ({"start": 1.5}, "start: expected a time within the life of 1.0 s, got 1.5"),
+        ({"start": -1.0}, "start: expected a time within the life"),
+    ],
+)
+def test_wrong_options_are_named_and_nothing_is_written(run, options, message):
+    before = sorted(run.iterdir())
+    with pytest.raises(ValueError, match=message):
+        film_run(run, **options)
+    assert sorted(run.iterdir()) == before
+
+
+def test_a_film_ends_where_the_simulation_fails(monkeypatch):
+    monkeypatch.setattr(Simulator, "failed", lambda sim: torch.tensor([sim.time > 0.51]))
+    frames = record(CONFIG, genome(), start=0.3, seconds=0.5).frames
+    assert frames[-1].time == pytest.approx(0.5)
+    with pytest.raises(ValueError, match="before the simulation of this robot fails, got 0.6 s"):
+        record(CONFIG, genome(), start=0.6, seconds=0.3)

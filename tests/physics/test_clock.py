@@ -1,0 +1,52 @@
+import numpy as np
+import pytest
+
+from physics import clock
+from physics.material import DT
+from tests.reference import load
+
+
+@pytest.mark.parametrize(("duration", "steps"), [(0.0, 0), (0.01, 1), (30.0, 1801), (60.0, 3601)])
+def test_steps_of_the_accumulated_clock(duration, steps):
+    assert clock.steps_in(duration) == steps
+
+
+@pytest.mark.parametrize("duration", [-1.0, float("inf"), float("nan")])
+def test_duration_must_be_a_length_of_time(duration):
+    with pytest.raises(ValueError, match="duration: expected a finite number"):
+        clock.steps_in(duration)
+
+
+def test_times_add_up_one_by_one():
+    expected, time = [], 0.0
+    for _ in range(4000):
+        time += DT
+        expected.append(time)
+    assert clock.times(4000).tolist() == expected
+
+
+@pytest.mark.parametrize(("interval", "lengths"), [(0.25, {15, 16}), (0.5, {30, 31})])
+def test_windows_hold_the_samples_not_older_than_the_interval(interval, lengths):
+    n = 600
+    t = clock.times(n).tolist()
+    expected = [sum(t[j] >= t[k] - interval for j in range(k + 1)) for k in range(n)]
+    windows = clock.window_lengths(n, interval)
+    assert windows.tolist() == expected
+    assert set(windows[40:].tolist()) == lengths
+
+
+def test_windows_are_those_of_the_recorded_touch_readings():
+    record = load("sensors_biped")
+    column = record["names_high"].tolist().index("v3_0_touch")
+    readings = record["readings"][:, column]
+    touched = record["touching"][:, 1].any(axis=1)  # voxel 1 is v3_0
+    sums = np.cumsum(np.concatenate(([0], touched)))
+    steps = np.arange(1, len(readings) + 1)
+    windows = clock.window_lengths(len(readings), 0.25)
+    assert readings == pytest.approx((sums[steps] - sums[steps - windows]) / windows, abs=1e-15)
+    assert 0.1 < readings.mean() < 0.9
+
+
+def test_interval_must_not_be_negative():
+    with pytest.raises(ValueError, match="interval: expected seconds >= 0"):
+        clock.window_lengths(10, -0.1)

@@ -1,0 +1,139 @@
+import math
+
+import numpy as np
+import pytest
+
+from physics.terrain import Terrain, java_gaussian_pairs
+from tests.reference import load
+
+
+def test_named_terrains_are_the_recorded_ones():
+    recorded = load("terrains")
+    assert len(recorded) == 21
+    for name, (xs, ys) in recorded.items():
+        terrain = Terrain.from_name(name)
+        assert terrain.name == name
+        np.testing.assert_allclose(terrain.xs, xs, rtol=0, atol=1e-9)
+        np.testing.assert_allclose(terrain.ys, ys, rtol=0, atol=1e-9)
+
+
+def java_gaussians(seed, count):
+    """java.util.Random, one number at a time, as its public documentation states it."""
+    state = (seed ^ 0x5DEECE66D) & ((1 << 48) - 1)
+
+    def bits(n):
+        nonlocal state
+        state = (state * 0x5DEECE66D + 0xB) & ((1 << 48) - 1)
+        return state >> (48 - n)
+
+    def uniform():
+        return ((bits(26) << 27) + bits(27)) / (1 << 53)
+
+    numbers = []
+    while len(numbers) < count:
+        v1, v2 = 2 * uniform() - 1, 2 * uniform() - 1
+        s = v1 * v1 + v2 * v2
+        if 0 < s < 1:
+            scale = math.sqrt(-2 * math.log(s) / s)
+            numbers += [v1 * scale, v2 * scale]
+    return numbers[:count]
+
+
+@pytest.mark.parametrize("seed", [0, 42, 123456789012])
+def test_normal_numbers_are_those_of_java(seed):
+    first, second = java_gaussian_pairs(seed, 300)
+    numbers = np.stack((first, second), axis=1).ravel()
+    assert 400 < len(numbers) <= 600
+    assert numbers == pytest.approx(java_gaussians(seed, len(numbers)), abs=1e-13)
+
+
+def test_short_bumps_reach_the_end_too():
+    """Steps are at least 1 m long; here some 1,900 of them, drawn in several goes."""
+    terrain = Terrain.from_name("hilly-0.5-1-3")
+    g = java_gaussians(3, 4000)
+    xs, ys = [10.0], [0.0]
+    for across, up in zip(g[0::2], g[1::2], strict=True):
+        if xs[-1] >= 1990:
+            break
+        xs.append(xs[-1] + max(1.0, (across * 0.25 + 1.0) * 1.0))
+        ys.append(ys[-1] + up * 0.5)
+    assert terrain.xs[1:-1] == pytest.approx(xs, abs=1e-9)
+    assert terrain.ys[1:-1] == pytest.approx(ys, abs=1e-9)
+
+
+def test_steppy_has_the_hills_heights_on_level_treads():
+    hills, steps = Terrain.from_name("hilly-1.5-20-4"), Terrain.from_name("steppy-1.5-20-4")
+    assert (np.diff(steps.xs) > 0).all()
+    starts, heights = hills.xs[1:-2], hills.ys[1:-2]
+    for share in (0.0, 0.3):  # of a tread, well before its ramp
+        x = starts + share * np.diff(hills.xs[1:-1])
+        assert steps.height(x) == pytest.approx(heights, abs=1e-9)
+    ramp = hills.xs[2:-1] - 0.25
+    assert steps.height(ramp) == pytest.approx((hills.ys[1:-2] + hills.ys[2:-1]) / 2, abs=1e-9)
+
+
+@pytest.mark.parametrize(("name", "sign"), [("uphill-10", 1), ("downhill-10.0", -1)])
+def test_slopes(name, sign):
+    terrain = Terrain.from_name(name)
+    x = np.array([10.0, 500.0, 1990.0])
+    expected = 5.0 + sign * math.tan(math.radians(10)) * (x - 10.0)
+    assert terrain.height(x) == pytest.approx(expected, abs=1e-9)
+    assert terrain.ys[0] - terrain.ys[1] == terrain.ys[-1] - terrain.ys[-2] == 95.0
+
+
+def test_flat_with_start_is_uneven_under_the_robot_and_then_level():
+    one, two = (Terrain.from_name(f"flatWithStart-{seed}") for seed in (1, 2))
+    near, far = np.linspace(11, 32, 50), np.linspace(50, 1990, 50)
+    assert np.ptp(one.height(near)) > 0.2
+    assert np.ptp(one.height(far)) == 0.0
+    assert np.abs(one.height(near) - two.height(near)).max() > 0.2
+
+
+def test_heights_lie_on_the_segments():
+    terrain = Terrain.from_profile([0, 2, 3], [1.0, 5.0, -1.0])
+    assert terrain.height([[-1, 0, 1], [2.5, 3, 9]]).tolist() == [[1, 1, 3], [2, -1, -1]]
+    assert terrain.bottom == -51.0
+
+
+def test_a_terrain_cannot_be_changed():
+    ys = np.zeros(3)
+    terrain = Terrain.from_profile([0, 1, 2], ys)
+    ys[0] = 7.0
+    assert terrain.ys[0] == 0.0
+    with pytest.raises(ValueError, match="read-only"):
+        terrain.ys[0] = 1.0
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("hills-3-30-0", "expected one of flat, hilly-h-w-seed.* got 'hills-3-30-0'"),
+        ("", "expected one of"),
+        (None, "expected one of"),
+        ("hilly-3-30", r"expected hilly-h-w-seed \(3 field\(s\)\), got 'hilly-3-30' \(2"),
+        ("flat-1", r"expected flat \(0 field"),
+        ("hilly-3-0-1", "expected w = a length > 0"),
+        ("hilly-3-30-1.5", "expected seed = an integer >= 0, got '1.5'"),
+        ("hilly-three-30-1", "expected h = a height"),
+        ("hilly-nan-30-1", "expected h = a height"),
+        ("uphill-90", "expected a = an angle"),
+    ],
+)
+def test_unknown_names_are_refused(name, message):
+    with pytest.raises(ValueError, match=message):
+        Terrain.from_name(name)
+
+
+@pytest.mark.parametrize(
+    ("xs", "ys", "message"),
+    [
+        ([0.0], [0.0], "of one length >= 2"),
+        ([0, 1], [0, 1, 2], r"got shapes \(2,\) and \(3,\)"),
+        ([0, 2, 2], [0, 0, 0], r"increasing xs, got xs\[1\] = 2.0, xs\[2\] = 2.0"),
+        ([0, 1], [0, float("nan")], "finite"),
+        ([0, float("inf")], [0, 0], "finite"),
+    ],
+)
+def test_odd_profiles_are_refused(xs, ys, message):
+    with pytest.raises(ValueError, match=message):
+        Terrain.from_profile(xs, ys)
