@@ -66,7 +66,7 @@ def evaluate(
         terrain: Kind of terrain, such as hilly-3-30 or flat, or the same as in the evolution.
         damage: As in `evolve`, or the same as in the evolution.
         seed: Decides sensor noise and damage.
-        out: CSV file to write; by default evaluation.csv in the run's folder.
+        out: CSV file to write; by default one in the run's folder, named after the conditions.
     """
     from experiments.reassess import report
 
@@ -77,7 +77,7 @@ def evaluate(
         None if terrain == "same" else terrain,
         None if damage == "same" else damage,
         seed,
-        out or folder / "evaluation.csv",
+        out,
     )
 
 

@@ -59,7 +59,7 @@ def report(
     terrain: str | None,
     damage: Literal["none", "half"] | None,
     seed: int,
-    out: Path,
+    out: Path | None,
 ) -> None:
     """Re-assess the champions of a run, print a summary and write every speed to a CSV file.
 
@@ -69,20 +69,22 @@ def report(
         terrain: kind of terrain; None for the run's.
         damage: "none" or "half"; None for the run's.
         seed: decides noise, damage and the weights at birth.
-        out: the CSV file: columns run, terrain, damage, speed [m/s].
+        out: the CSV file, with columns run, terrain, damage, speed [m/s]; by default one in the
+            run's folder, named after the conditions.
 
     Raises:
         ValueError: an option is wrong, or the run cannot be read; nothing was written then.
     """
     champions = Champions.load(folder)
-    if not out.parent.is_dir():
-        raise ValueError(f"out: expected a file in an existing folder, got {str(out)!r}; create it")
     config = replace(
         champions.config,
         terrain=champions.config.terrain if terrain is None else terrain,
         damage=champions.config.damage if damage is None else damage,
     )
     config.validate()
+    out = out or folder / f"evaluation-{config.terrain}-{config.damage}.csv"
+    if not out.parent.is_dir():
+        raise ValueError(f"out: expected a file in an existing folder, got {str(out)!r}; create it")
     terrain_seeds = seeds.unseen_terrain_seeds(n_terrains)
     speeds = reassess(config, champions.genomes, terrain_seeds, seed)
     table = io.StringIO()

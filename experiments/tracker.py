@@ -75,7 +75,7 @@ class Tracker:
                 colorspace=_RGB,
                 encoded_image_string=path.read_bytes(),  # a GIF stays animated
             )
-            value = Summary.Value(tag=f"champion/{path.stem}", image=content)
+            value = Summary.Value(tag=f"champion/{path.name}", image=content)
             writer: Any = self._runs[run].file_writer  # SummaryWriter itself takes no GIF
             writer.add_summary(Summary(value=[value]), generation)
 

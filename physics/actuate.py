@@ -20,7 +20,9 @@ def command(S: ti.template(), g, m: ti.template(), voxel, value, T: ti.template(
         if m.damage_mode == FROZEN:
             stuck = S[g, block + lay.ACTUATION]
         elif m.damage_mode == RANDOM:
-            bits = noise.mix(noise.key(S, g, m, T) ^ (ti.cast(voxel, ti.u32) * ti.u32(0xC2B2AE35)))
+            # Voxels count from 1 here: number 0 would share its bits with the noise's first pair.
+            number = ti.cast(voxel + 1, ti.u32)
+            bits = noise.mix(noise.key(S, g, m, T) ^ (number * ti.u32(0xC2B2AE35)))
             stuck = ti.cast(noise.uniform(bits), T.f) * T.f(2.0) - one
         clipped = ti.select(broken, stuck, clipped)
     S[g, block + lay.ACTUATION] = clipped

@@ -112,4 +112,3 @@ def chunks(groups: int, threads: int | None) -> int:
     if threads is not None and threads < 1:
         raise ValueError(f"threads: expected at least 1, got {threads}; use None for all cores")
     return max(1, min(groups, threads or available or 1))
-

@@ -56,7 +56,9 @@ def _prepare_point(S: ti.template(), g, pair, body, o, T: ti.template()):
 
 
 @ti.func
-def solve_velocities(S: ti.template(), lists: ti.template(), g, m: ti.template(), mf: ti.template(), T: ti.template()):
+def solve_velocities(
+    S: ti.template(), lists: ti.template(), g, m: ti.template(), mf: ti.template(), T: ti.template()
+):
     """One iteration: for each pair the friction of its points, then their normal impulses."""
     friction = mf[F_FRICTION]
     zero = T.vec(0.0)
@@ -65,8 +67,8 @@ def solve_velocities(S: ti.template(), lists: ti.template(), g, m: ti.template()
         body = lists[g, m.contact_list + 2 * n + 1]
         nx, ny = S[g, pair + lay.PA_NX], S[g, pair + lay.PA_NY]
         vx, vy, w = S[g, body + lay.VX], S[g, body + lay.VY], S[g, body + lay.W]
-        for p in ti.static(range(2)):
-            o = pair + (lay.PA_POINTS + p * lay.POINT_ITEMS)
+        for p in range(2):
+            o = pair + lay.PA_POINTS + p * lay.POINT_ITEMS
             rt, old = S[g, o + lay.PT_RT], S[g, o + lay.PT_JT]
             limit = friction * S[g, o + lay.PT_JN]
             total = old - S[g, o + lay.PT_MT] * ((ny * vx - nx * vy) + rt * w)
@@ -76,8 +78,8 @@ def solve_velocities(S: ti.template(), lists: ti.template(), g, m: ti.template()
             vx += ny * change
             vy -= nx * change
             w += rt * change
-        for p in ti.static(range(2)):
-            o = pair + (lay.PA_POINTS + p * lay.POINT_ITEMS)
+        for p in range(2):
+            o = pair + lay.PA_POINTS + p * lay.POINT_ITEMS
             rn, old = S[g, o + lay.PT_RN], S[g, o + lay.PT_JN]
             speed = ((nx * vx + ny * vy) + rn * w) - S[g, o + lay.PT_TARGET]
             total = old - S[g, o + lay.PT_MN] * speed
@@ -93,7 +95,9 @@ def solve_velocities(S: ti.template(), lists: ti.template(), g, m: ti.template()
 
 
 @ti.func
-def solve_positions(S: ti.template(), lists: ti.template(), g, m: ti.template(), live, T: ti.template()):
+def solve_positions(
+    S: ti.template(), lists: ti.template(), g, m: ti.template(), live, T: ti.template()
+):
     """One iteration of the position stage on live lanes; returns the lanes still too deep."""
     zero = T.vec(0.0)
     tolerance = T.f(material.LINEAR_TOLERANCE)

@@ -8,26 +8,27 @@ from physics.numerics import rotate
 
 
 @ti.func
-def integrate_velocities(S: ti.template(), g, m: ti.template(), mf: ti.template(), T: ti.template()):
-    """v += g dt, then v and omega are damped. Worlds that are over rest with zero velocity."""
-    alive = S[g, m.header + lay.H_ALIVE] > T.f(0.0)
+def integrate_velocities(
+    S: ti.template(), g, m: ti.template(), mf: ti.template(), T: ti.template()
+):
+    """v += g dt, then v and omega are damped."""
     fall = mf[F_GRAVITY] * T.f(material.DT)
     keep = T.f(1.0) - mf[F_DAMPING] * T.f(material.DT)
-    zero = T.vec(0.0)
     for v in range(m.voxels):
         for k in range(4):
             o = v * lay.VOXEL_ITEMS + k * lay.BODY_ITEMS
-            S[g, o + lay.VX] = ti.select(alive, S[g, o + lay.VX] * keep, zero)
-            S[g, o + lay.VY] = ti.select(alive, (S[g, o + lay.VY] - fall) * keep, zero)
-            S[g, o + lay.W] = ti.select(alive, S[g, o + lay.W] * keep, zero)
+            S[g, o + lay.VX] = S[g, o + lay.VX] * keep
+            S[g, o + lay.VY] = (S[g, o + lay.VY] - fall) * keep
+            S[g, o + lay.W] = S[g, o + lay.W] * keep
 
 
 @ti.func
 def integrate_positions(S: ti.template(), g, m: ti.template(), T: ti.template()):
-    """x += v dt and a rotation by omega dt, both limited per step."""
+    """x += v dt and a rotation by omega dt, both limited per step. Worlds that are over rest."""
     alive = S[g, m.header + lay.H_ALIVE] > T.f(0.0)
     longest = T.f(material.MAX_TRANSLATION)
     widest = T.vec(material.MAX_ROTATION)
+    zero = T.vec(0.0)
     for v in range(m.voxels):
         for k in range(4):
             o = v * lay.VOXEL_ITEMS + k * lay.BODY_ITEMS
@@ -42,6 +43,8 @@ def integrate_positions(S: ti.template(), g, m: ti.template(), T: ti.template())
                 dy = dy * scale
             turn = ti.select(turn > widest, widest, ti.select(turn < -widest, -widest, turn))
             move(S, g, o, alive, dx, dy, turn, T)
+            for item in ti.static((lay.VX, lay.VY, lay.W)):
+                S[g, o + item] = ti.select(alive, S[g, o + item], zero)
 
 
 @ti.func

@@ -20,7 +20,14 @@ _FAR = 1e30
 
 
 @ti.func
-def update_window(S: ti.template(), terrain: ti.template(), g, m: ti.template(), mf: ti.template(), T: ti.template()):
+def update_window(
+    S: ti.template(),
+    terrain: ti.template(),
+    g,
+    m: ti.template(),
+    mf: ti.template(),
+    T: ti.template(),
+):
     """Keeps the segments within reach of every square of each robot in the window."""
     if m.segments > 0:
         reach = mf[F_REACH]
@@ -37,13 +44,15 @@ def update_window(S: ti.template(), terrain: ti.template(), g, m: ti.template(),
             high > S[g, m.header + lay.H_WINDOW_HIGH]
         )
         if leaves.any():
-            for lane in ti.static(range(T.lanes)):
+            for lane in range(T.lanes):  # not unrolled: this is rare, and long to compile
                 if leaves[lane]:
                     _fill_lane(S, terrain, g, m, lane, low[lane] - T.f(MARGIN), T)
 
 
 @ti.func
-def _fill_lane(S: ti.template(), terrain: ti.template(), g, m: ti.template(), lane: ti.template(), low, T: ti.template()):
+def _fill_lane(
+    S: ti.template(), terrain: ti.template(), g, m: ti.template(), lane, low, T: ti.template()
+):
     """Fills one lane of the window with the segments from the abscissa ``low`` on.
 
     The first segment has an even number, so that a segment keeps its parity, which is what
@@ -72,9 +81,7 @@ def _fill_lane(S: ti.template(), terrain: ti.template(), g, m: ti.template(), la
         S[g, o + lay.SE_TY][lane] = dy / ti.abs(length)
         S[g, o + lay.SE_LENGTH][lane] = length
     S[g, m.header + lay.H_WINDOW_BASE][lane] = ti.cast(first, T.f)
-    S[g, m.header + lay.H_WINDOW_LOW][lane] = (
-        terrain[world, first, 0] if first > 0 else T.f(-_FAR)
-    )
+    S[g, m.header + lay.H_WINDOW_LOW][lane] = terrain[world, first, 0] if first > 0 else T.f(-_FAR)
     S[g, m.header + lay.H_WINDOW_HIGH][lane] = (
         terrain[world, first + m.segments, 0] if first + m.segments < points - 1 else T.f(_FAR)
     )
@@ -111,8 +118,8 @@ def detect(S: ti.template(), lists: ti.template(), g, m: ti.template(), T: ti.te
 @ti.func
 def _forget(S: ti.template(), g, pair, T: ti.template()):
     """Marks the points of a pair as not found yet."""
-    for p in ti.static(range(2)):
-        S[g, pair + (lay.PA_POINTS + p * lay.POINT_ITEMS + lay.PT_DEPTH)] = T.vec(-1.0)
+    for p in range(2):
+        S[g, pair + lay.PA_POINTS + p * lay.POINT_ITEMS + lay.PT_DEPTH] = T.vec(-1.0)
 
 
 @ti.func
@@ -120,8 +127,8 @@ def _drop_lost(S: ti.template(), g, pair, T: ti.template()):
     """Clears the impulses of points that were not found again."""
     zero = T.vec(0.0)
     found = zero < zero
-    for p in ti.static(range(2)):
-        o = pair + (lay.PA_POINTS + p * lay.POINT_ITEMS)
+    for p in range(2):
+        o = pair + lay.PA_POINTS + p * lay.POINT_ITEMS
         touches = S[g, o + lay.PT_DEPTH] >= zero
         S[g, o + lay.PT_JN] = ti.select(touches, S[g, o + lay.PT_JN], zero)
         S[g, o + lay.PT_JT] = ti.select(touches, S[g, o + lay.PT_JT], zero)
@@ -190,10 +197,11 @@ def _collide(S: ti.template(), g, m: ti.template(), body, pair, number, T: ti.te
             S[g, pair + lay.PA_NX] = ti.select(hit, -ty, S[g, pair + lay.PA_NX])
             S[g, pair + lay.PA_NY] = ti.select(hit, tx, S[g, pair + lay.PA_NY])
             fx, fy, gx, gy = fx * h, fy * h, gx * h, gy * h
-            _store_point(S, g, body, low, hit, same, depth_low, fx + gx * q_low, fy + gy * q_low, T)
-            _store_point(
-                S, g, body, high, hit, same, depth_high, fx + gx * q_high, fy + gy * q_high, T
-            )
+            for p in range(2):
+                q = q_high if p != 0 else q_low
+                deep = depth_high if p != 0 else depth_low
+                o = pair + lay.PA_POINTS + p * lay.POINT_ITEMS
+                _store_point(S, g, body, o, hit, same, deep, fx + gx * q, fy + gy * q, T)
     return touched
 
 

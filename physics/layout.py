@@ -36,9 +36,21 @@ ROPE_ITEMS = 4
 # target velocity of the bounce, impulse of the position stage.
 PA_NX, PA_NY, PA_KEY = range(3)
 PA_POINTS = 3
-(PT_DEPTH, PT_LX, PT_LY, PT_PX, PT_PY, PT_RN, PT_RT, PT_MN, PT_MT, PT_JN, PT_JT, PT_TARGET, PT_JP) = (
-    range(13)
-)
+(
+    PT_DEPTH,
+    PT_LX,
+    PT_LY,
+    PT_PX,
+    PT_PY,
+    PT_RN,
+    PT_RT,
+    PT_MN,
+    PT_MT,
+    PT_JN,
+    PT_JT,
+    PT_TARGET,
+    PT_JP,
+) = range(13)
 POINT_ITEMS = 13
 PAIR_ITEMS = PA_POINTS + 2 * POINT_ITEMS
 PAIRS_PER_BODY = 2  # even and odd terrain segments
@@ -48,7 +60,8 @@ BODIES = 0
 SPRINGS = BODIES + 4 * BODY_ITEMS
 ROPES = SPRINGS + len(material.SPRINGS) * SPRING_ITEMS
 PAIRS = ROPES + len(material.ROPES) * ROPE_ITEMS
-ACTUATION = PAIRS + 4 * PAIRS_PER_BODY * PAIR_ITEMS  # in force, in [-1, 1]
+COMMAND = PAIRS + 4 * PAIRS_PER_BODY * PAIR_ITEMS  # what the caller asked for
+ACTUATION = COMMAND + 1  # in force, in [-1, 1]
 BREAKS = ACTUATION + 1  # step from which the voxel is broken
 MENDS = BREAKS + 1  # step from which it works again
 VOXEL_ITEMS = MENDS + 1

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from physics import clock, material
+from physics import clock, material, setup
 from physics import layout as lay
 from physics.apparatus import Apparatus
 from physics.backend import ti
@@ -32,13 +32,9 @@ class Engine:
 
     def __post_init__(self) -> None:
         for name in ("friction", "damping"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0):
-                raise ValueError(f"engine: expected {name} >= 0, got {value!r}")
+            setup.finite(name, getattr(self, name), 0.0)
         for name in ("velocity_iterations", "position_iterations"):
-            value = getattr(self, name)
-            if value < 1:
-                raise ValueError(f"engine: expected {name} >= 1, got {value!r}")
+            setup.positive_integer(name, getattr(self, name))
 
 
 # Places in the table of numbers.
@@ -67,9 +63,8 @@ _SIZES = (
     "position_iterations",
     "ropes",
     "damage_mode",
-    "sensors",
     "weld_table",
-    "sensor_table",
+    "reading_table",
     "interval_table",
     "interval_steps",
 )
@@ -82,13 +77,16 @@ I_ROPE_ROW = 2
 I_WELDS = I_ROPES + I_ROPE_ROW * len(material.ROPES)
 I_WELD_ROW = 3  # items of body 1 and of body 2; 1 where body 1 lies above body 2, else 0
 
-# A sensor row: kind, voxel block, first reading, interval number, slots of the ring, ring,
-# number of rays, first ray.
-SE_KIND, SE_VOXEL, SE_READING, SE_INTERVAL, SE_SLOTS, SE_RING, SE_RAYS, SE_FIRST_RAY = range(8)
-SENSOR_ROW = 8
-AREA, TOUCH, VELOCITY, LIDAR = range(4)
-_KINDS = {"area": AREA, "touch": TOUCH, "velocity": VELOCITY, "lidar": LIDAR}
-_RING_VALUES = {"touch": 1, "velocity": 2}  # lane vectors per sample
+# A reading row: kind, voxel block, slots of its ring (0: no average), ring, interval number, ray.
+RE_KIND, RE_VOXEL, RE_SLOTS, RE_RING, RE_INTERVAL, RE_RAY = range(6)
+READING_ROW = 6
+AREA, TOUCH, VELOCITY_X, VELOCITY_Y, RAY = range(5)
+_KINDS = {
+    "area": (AREA,),
+    "touch": (TOUCH,),
+    "velocity": (VELOCITY_X, VELOCITY_Y),
+    "lidar": (RAY,),
+}
 
 DAMAGE_MODES = ("rest", "frozen", "random")
 
@@ -140,7 +138,7 @@ def build(
         damage_mode: one of DAMAGE_MODES.
         max_steps: steps that a world may live.
     """
-    sensor_rows, rays, intervals, ring_items = _sensors(apparatus)
+    reading_rows, rays, intervals, ring_items = _readings(apparatus)
     layout = Layout(
         voxels=morphology.n_voxels,
         welds=len(morphology.welds),
@@ -151,8 +149,8 @@ def build(
     springs = [(s.square1 * lay.BODY_ITEMS, s.square2 * lay.BODY_ITEMS) for s in material.SPRINGS]
     ropes = [(a * lay.BODY_ITEMS, b * lay.BODY_ITEMS) for a, b in material.ROPES]
     welds = [_weld_row(morphology, *pair) for pair in morphology.welds]
-    sensor_table = I_WELDS + I_WELD_ROW * len(welds)
-    interval_table = sensor_table + SENSOR_ROW * len(sensor_rows)
+    reading_table = I_WELDS + I_WELD_ROW * len(welds)
+    interval_table = reading_table + READING_ROW * len(reading_rows)
     sizes = {
         "voxels": layout.voxels,
         "welds": layout.welds,
@@ -170,19 +168,26 @@ def build(
         "position_iterations": engine.position_iterations,
         "ropes": int(engine.ropes),
         "damage_mode": DAMAGE_MODES.index(damage_mode),
-        "sensors": len(sensor_rows),
         "weld_table": I_WELDS,
-        "sensor_table": sensor_table,
+        "reading_table": reading_table,
         "interval_table": interval_table,
         "interval_steps": max_steps,
     }
-    rows = [*springs, *ropes, *welds, *sensor_rows]
+    rows = [*springs, *ropes, *welds, *reading_rows]
     windows = [clock.window_lengths(max_steps, interval) for interval in intervals]
     integers = np.concatenate(
         [[sizes[name] for name in _SIZES], *rows, *windows], dtype=np.int32, casting="unsafe"
     )
     numbers = np.array(
-        [gravity, engine.damping, engine.friction, noise, reach(apparatus), *_spring_numbers(), *rays],
+        [
+            gravity,
+            engine.damping,
+            engine.friction,
+            noise,
+            reach(apparatus),
+            *_spring_numbers(),
+            *rays,
+        ],
         dtype=np.float64,
     )
     return Model(morphology, apparatus, engine, layout, numbers, integers, max_steps)
@@ -212,14 +217,14 @@ def _weld_row(morphology: Morphology, body1: int, body2: int) -> tuple[int, int,
     return lay.body_offset(body1), lay.body_offset(body2), int((x1, y1) == (x2, y2 + 1))
 
 
-def _sensors(
+def _readings(
     apparatus: Apparatus,
 ) -> tuple[list[tuple[int, ...]], list[float], list[float], int]:
-    """Sensor rows, ray numbers, the intervals they refer to, and items of all rings."""
+    """Reading rows, ray numbers, the intervals they refer to, and items of all rings."""
     rows: list[tuple[int, ...]] = []
     rays: list[float] = []
     intervals: list[float] = []
-    reading = ring = 0
+    ring = 0
     for voxel, own in enumerate(apparatus.sensors):
         for sensor in own:
             slots = number = 0
@@ -228,21 +233,13 @@ def _sensors(
                     intervals.append(sensor.interval)
                 number = intervals.index(sensor.interval)
                 slots = math.ceil(sensor.interval / material.DT) + 2
-            rows.append(
-                (
-                    _KINDS[sensor.kind],
-                    voxel * lay.VOXEL_ITEMS,
-                    reading,
-                    number,
-                    slots,
-                    ring,
-                    len(sensor.angles),
-                    len(rays) // F_RAY_ROW,
-                )
-            )
-            for angle in sensor.angles:
-                radians = math.radians(angle)
-                rays += [math.cos(radians), math.sin(radians), sensor.range]
-            reading += sensor.n_readings
-            ring += slots * _RING_VALUES.get(sensor.kind, 0)
+            kinds = _KINDS[sensor.kind]
+            for part in range(sensor.n_readings):
+                kind = kinds[part % len(kinds)]
+                ray = len(rays) // F_RAY_ROW
+                rows.append((kind, voxel * lay.VOXEL_ITEMS, slots, ring, number, ray))
+                ring += slots
+                if sensor.kind == "lidar":
+                    radians = math.radians(sensor.angles[part])
+                    rays += [math.cos(radians), math.sin(radians), sensor.range]
     return rows, rays, intervals, ring

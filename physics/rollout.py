@@ -24,7 +24,7 @@ _GRAIN = backend.GRAIN
 @ti.func
 def _publish(S: ti.template(), g, m: ti.template(), readings: ti.template(), T: ti.template()):
     """Copies the readings of a group to the caller's (N, R) tensor."""
-    for lane in ti.static(range(T.lanes)):
+    for lane in range(T.lanes):
         world = g * T.lanes + lane
         if world < readings.shape[0]:
             for r in range(m.readings):
@@ -32,15 +32,17 @@ def _publish(S: ti.template(), g, m: ti.template(), readings: ti.template(), T: 
 
 
 @ti.func
-def _take_commands(S: ti.template(), g, m: ti.template(), actions: ti.template(), t, T: ti.template()):
+def _take_commands(
+    S: ti.template(), g, m: ti.template(), actions: ti.template(), t, T: ti.template()
+):
     """Copies row t of the caller's (steps, N, V) actuations to a group."""
     for v in range(m.voxels):
-        values = T.vec(0.0)
-        for lane in ti.static(range(T.lanes)):
+        o = v * lay.VOXEL_ITEMS + lay.COMMAND
+        for lane in range(T.lanes):
             world = g * T.lanes + lane
             if world < actions.shape[1]:
-                values[lane] = actions[t, world, v]
-        actuate.command(S, g, m, v, values, T)
+                S[g, o][lane] = actions[t, world, v]
+        actuate.command(S, g, m, v, S[g, o], T)
 
 
 @lru_cache

@@ -13,7 +13,9 @@ _COUNT = len(material.ROPES)
 
 
 @ti.func
-def prepare(S: ti.template(), lists: ti.template(), g, m: ti.template(), mi: ti.template(), T: ti.template()):
+def prepare(
+    S: ti.template(), lists: ti.template(), g, m: ti.template(), mi: ti.template(), T: ti.template()
+):
     """Lists the ropes that are short in any lane and applies their last impulses."""
     count = 0
     if m.ropes != 0:
@@ -62,7 +64,9 @@ def solve_velocities(S: ti.template(), lists: ti.template(), g, m: ti.template()
 
 
 @ti.func
-def solve_positions(S: ti.template(), lists: ti.template(), g, m: ti.template(), live, T: ti.template()):
+def solve_positions(
+    S: ti.template(), lists: ti.template(), g, m: ti.template(), live, T: ti.template()
+):
     """One iteration of the position stage on live lanes; returns the lanes still off."""
     off = live < live
     for n in range(lists[g, lay.L_ROPES]):

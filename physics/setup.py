@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+import numbers
+import operator
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 import torch
@@ -13,7 +16,7 @@ from physics import clock
 from physics.state import ENDLESS
 from physics.terrain import Terrain
 
-_PAD_STEP = 1e4  # distance of the points that make shorter terrains as long as the longest [m]
+_PAD_STEP = 1e4  # distance of the points that make shorter profiles as long as the longest [m]
 
 
 def positive_integer(name: str, value: int) -> int:
@@ -25,17 +28,42 @@ def positive_integer(name: str, value: int) -> int:
 
 def finite(name: str, value: float, least: float = -math.inf) -> float:
     """The value, if it is a finite number not below ``least``."""
-    if not (math.isfinite(value) and value >= least):
+    if not (isinstance(value, numbers.Real) and math.isfinite(value) and value >= least):
         bound = "" if math.isinf(least) else f" >= {least:g}"
         raise ValueError(f"{name}: expected a finite number{bound}, got {value!r}")
     return float(value)
 
 
+def instance(name: str, value: Any, kind: type) -> Any:
+    """The value, if it is None or of this class."""
+    if not (value is None or isinstance(value, kind)):
+        raise ValueError(f"{name}: expected physics.{kind.__name__} or None, got {value!r}")
+    return value
+
+
+def tensor(name: str, value: Any, **sizes: int | None) -> Tensor:
+    """The value, if it is a tensor with these sizes; a size of None may be any."""
+    wanted = tuple(sizes.values())
+    shape = tuple(value.shape) if isinstance(value, Tensor) else None
+    if (
+        shape is None
+        or len(shape) != len(wanted)
+        or any(want not in (have, None) for have, want in zip(shape, wanted, strict=True))
+    ):
+        words = ", ".join(key if size is None else f"{key}={size}" for key, size in sizes.items())
+        got = type(value).__name__ if shape is None else f"shape {shape}"
+        raise ValueError(f"{name}: expected a tensor of shape ({words}), got {got}")
+    return value
+
+
 def device(spec: str | torch.device) -> torch.device:
     """The torch device, if the simulator runs there."""
-    chosen = torch.device(spec)
-    if chosen.type != "cpu":
-        raise ValueError(f'device: expected "cpu", got {str(spec)!r}')
+    try:
+        chosen = torch.device(spec)
+    except (RuntimeError, TypeError):  # torch knows no such device
+        chosen = None
+    if chosen is None or chosen.type != "cpu":
+        raise ValueError(f'device: expected "cpu", got {spec!r}')
     return chosen
 
 
@@ -45,15 +73,24 @@ def world_seeds(seed: int | Sequence[int], n_worlds: int) -> Tensor:
     From one integer, world i gets a mix of the integer and i; a sequence is mixed likewise,
     element by element, so that a world with seed s is the same at any place of any batch.
     """
-    if isinstance(seed, int | np.integer):
-        pairs = [(int(seed), i) for i in range(n_worlds)]
+    if isinstance(seed, Iterable):
+        pairs = [(_seed(s), 0) for s in seed]
     else:
-        pairs = [(int(s), 0) for s in seed]
+        pairs = [(_seed(seed), i) for i in range(n_worlds)]
     if len(pairs) != n_worlds:
         raise ValueError(f"seed: expected one integer or {n_worlds} of them, got {len(pairs)}")
-    if any(s < 0 for s, _ in pairs):
-        raise ValueError(f"seed: expected integers >= 0, got {min(s for s, _ in pairs)}")
     return torch.tensor([_mix(s, i) for s, i in pairs], dtype=torch.int64)
+
+
+def _seed(value: Any) -> int:
+    """The value, if it is an integer >= 0."""
+    try:
+        seed = operator.index(value)
+    except TypeError:
+        seed = -1
+    if seed < 0:
+        raise ValueError(f"seed: expected integers >= 0, got {value!r}")
+    return seed
 
 
 def _mix(seed: int, index: int) -> int:
@@ -72,7 +109,7 @@ def lifetimes_in_steps(lifetime: float | Sequence[float] | None, n_worlds: int) 
     """Control steps that every world lives, (N,) float64."""
     if lifetime is None:
         return torch.full((n_worlds,), ENDLESS, dtype=torch.float64)
-    seconds = [lifetime] * n_worlds if isinstance(lifetime, int | float) else list(lifetime)
+    seconds = list(lifetime) if isinstance(lifetime, Iterable) else [lifetime] * n_worlds
     if len(seconds) != n_worlds:
         raise ValueError(f"lifetime: expected one or {n_worlds} numbers [s], got {len(seconds)}")
     steps = [clock.steps_in(finite("lifetime", s, 0.0)) for s in seconds]
@@ -85,16 +122,18 @@ def terrain_list(
     """One terrain per world, or None."""
     if terrain is None:
         return None
-    terrains = [terrain] * n_worlds if isinstance(terrain, Terrain) else list(terrain)
-    if len(terrains) != n_worlds:
-        raise ValueError(
-            f"terrain: expected one Terrain, a list of {n_worlds} or None, got {len(terrains)}"
-        )
+    if isinstance(terrain, Terrain):
+        return [terrain] * n_worlds
+    terrains: list[Any] = list(terrain) if isinstance(terrain, list | tuple) else [terrain]
     strange = [t for t in terrains if not isinstance(t, Terrain)]
     if strange:
         raise ValueError(
-            f"terrain: expected physics.Terrain, got {type(strange[0]).__name__}; "
+            f"terrain: expected physics.Terrain, got {strange[0]!r}; "
             "build one with Terrain.from_name or Terrain.from_profile"
+        )
+    if len(terrains) != n_worlds:
+        raise ValueError(
+            f"terrain: expected one Terrain, a list of {n_worlds} or None, got {len(terrains)}"
         )
     return terrains
 
@@ -125,10 +164,10 @@ def pack_terrains(
 
 
 def _padded(terrain: Terrain, points: int) -> np.ndarray:
-    """The profile, prolonged level to a number of points far beyond its end."""
+    """The profile, with points of no height (NaN) at its end that nothing meets."""
     extra = points - len(terrain.xs)
     xs = np.concatenate([terrain.xs, terrain.xs[-1] + _PAD_STEP * np.arange(1, extra + 1)])
-    ys = np.concatenate([terrain.ys, np.full(extra, terrain.ys[-1])])
+    ys = np.concatenate([terrain.ys, np.full(extra, np.nan)])
     return np.stack([xs, ys], axis=1)
 
 

@@ -79,14 +79,16 @@ class Simulator:
         self.sensor_kinds = self.apparatus.kinds
         self.dtype = dtype
         self.device = setup.device(device)
-        self.damage = damage
-        self.lanes = lanes
+        self.damage = setup.instance("damage", damage, Damage)
+        self.lanes = setup.positive_integer("lanes", lanes)
         self._noise = setup.finite("noise", noise, 0.0)
         self._gravity = setup.finite("gravity", gravity)
-        self._engine = engine or Engine()
+        self._engine = setup.instance("engine", engine, Engine) or Engine()
         self._seeds = setup.world_seeds(seed, self.n_worlds)
         self._lifetimes = setup.lifetimes_in_steps(lifetime, self.n_worlds)
         self._terrains = setup.terrain_list(terrain, self.n_worlds)
+        if threads is not None:
+            setup.positive_integer("threads", threads)
         self._kernels = rollout.kernels(dtype, lanes)
         groups = -(-self.n_worlds // lanes)
         self._segments, profiles = setup.pack_terrains(
@@ -111,17 +113,13 @@ class Simulator:
             averages over steps, start at 0.5 and 0.
         """
         poses = st.initial_poses(self.morphology, self._terrains, self.n_worlds)
-        newborn = st.newborn(
-            self._state, torch.from_numpy(poses), self._seeds, self._lifetimes
-        )
+        newborn = st.newborn(self._state, torch.from_numpy(poses), self._seeds, self._lifetimes)
         self._break(newborn)
         if worlds is None:
             self._state = newborn
         else:
             chosen = self._state.lanes_of(self._mask(worlds)) > 0
-            self._state.items.copy_(
-                torch.where(chosen[:, None], newborn.items, self._state.items)
-            )
+            self._state.items.copy_(torch.where(chosen[:, None], newborn.items, self._state.items))
         return self._look()
 
     def step(self, actuation: Tensor) -> Tensor | None:
@@ -136,11 +134,7 @@ class Simulator:
         Raises:
             ValueError: wrong shape, or not finite.
         """
-        if actuation.shape != (self.n_worlds, self.n_voxels):
-            raise ValueError(
-                f"actuation: expected shape ({self.n_worlds}, {self.n_voxels}) for worlds and "
-                f"voxels, got {tuple(actuation.shape)}"
-            )
+        setup.tensor("actuation", actuation, worlds=self.n_worlds, voxels=self.n_voxels)
         return self.run(actuation[None])
 
     def run(self, actuations: Tensor) -> Tensor | None:
@@ -155,11 +149,9 @@ class Simulator:
         Raises:
             ValueError: wrong shape, or not finite.
         """
-        if actuations.dim() != 3 or actuations.shape[1:] != (self.n_worlds, self.n_voxels):
-            raise ValueError(
-                f"actuations: expected shape (steps, {self.n_worlds}, {self.n_voxels}), "
-                f"got {tuple(actuations.shape)}"
-            )
+        setup.tensor(
+            "actuations", actuations, steps=None, worlds=self.n_worlds, voxels=self.n_voxels
+        )
         actions = actuations.detach().to(self.device, self.dtype).contiguous()
         if not bool(torch.isfinite(actions).all()):
             raise ValueError("actuation: expected finite numbers, got NaN or infinity")
@@ -246,7 +238,7 @@ class Simulator:
     # --- set-up and checks ----------------------------------------------------------------------
 
     def set_poses(self, poses: Tensor, velocities: Tensor | None = None) -> Tensor | None:
-        """Moves the squares by hand and senses, e.g. to replay a recording.
+        """Moves the squares by hand and senses; time stands still.
 
         Args:
             poses: (N, V, 4, 3) x, y [m], angle [rad].
@@ -254,18 +246,47 @@ class Simulator:
 
         Returns:
             Readings, as ``reset``.
+
+        Raises:
+            ValueError: wrong shape.
         """
-        expected = (self.n_worlds, self.n_voxels, 4, 3)
-        for name, values in (("poses", poses), ("velocities", velocities)):
-            if values is not None and tuple(values.shape) != expected:
-                raise ValueError(f"{name}: expected shape {expected}, got {tuple(values.shape)}")
+        setup.tensor("poses", poses, **self._squares())
+        rates = torch.zeros_like(poses) if velocities is None else velocities
+        setup.tensor("velocities", rates, **self._squares())
         st.set_poses(self._state, poses)
         scale = torch.tensor([1.0, 1.0, lay.GYRATION], dtype=torch.float64)
-        rates = torch.zeros(expected) if velocities is None else velocities
         lanes = self._state.lanes_of(rates.double().cpu() * scale)
         self._state.bodies()[:, :, :, lay.VX : lay.W + 1] = lanes
         st.forget_window(self._state)
         return self._look()
+
+    def replay(self, poses: Tensor, velocities: Tensor) -> Tensor | None:
+        """What the robots would have sensed along a recorded motion; time goes on.
+
+        Args:
+            poses: of the squares after each step, (T, N, V, 4, 3), as for ``set_poses``.
+            velocities: likewise, (T, N, V, 4, 3).
+
+        Returns:
+            Readings after each step, (T, N, R), or None without sensors.
+
+        Raises:
+            ValueError: wrong shape.
+        """
+        setup.tensor("poses", poses, steps=None, **self._squares())
+        setup.tensor("velocities", velocities, steps=len(poses), **self._squares())
+        self._reserve(len(poses))
+        readings = torch.zeros(len(poses), self.n_worlds, self.n_readings, dtype=self.dtype)
+        for k, pose in enumerate(poses):
+            self._state.header(lay.H_STEP).add_(1.0)
+            now = self.set_poses(pose, velocities[k])
+            if now is not None:
+                readings[k] = now
+        return self._given(readings)
+
+    def _squares(self) -> dict[str, int]:
+        """Sizes of a table of squares."""
+        return {"worlds": self.n_worlds, "voxels": self.n_voxels, "squares": 4, "numbers": 3}
 
     def _extent(self) -> float:
         """Width of ground that a robot may need at once, whatever its posture [m]."""
@@ -326,9 +347,6 @@ class Simulator:
         return readings if self.n_readings else None
 
     def _mask(self, worlds: Tensor) -> Tensor:
-        if worlds.shape != (self.n_worlds,) or worlds.dtype != torch.bool:
-            raise ValueError(
-                f"worlds: expected a bool mask of shape ({self.n_worlds},), "
-                f"got {worlds.dtype} {tuple(worlds.shape)}"
-            )
+        if setup.tensor("worlds", worlds, worlds=self.n_worlds).dtype != torch.bool:
+            raise ValueError(f"worlds: expected a bool mask, got {worlds.dtype}")
         return worlds

@@ -36,12 +36,11 @@ BIAS = _STIFFNESS / (_DAMPER + _STIFFNESS) / material.DT  # bias = BIAS * (l - L
 _COUNT = len(material.SPRINGS)
 _RELAX = SOFTNESS / (1 + SOFTNESS)
 
-_SQUARES1 = tuple(spring.square1 for spring in material.SPRINGS)
-_SQUARES2 = tuple(spring.square2 for spring in material.SPRINGS)
-
 
 @ti.func
-def prepare(S: ti.template(), g, m: ti.template(), mi: ti.template(), mf: ti.template(), T: ti.template()):
+def prepare(
+    S: ti.template(), g, m: ti.template(), mi: ti.template(), mf: ti.template(), T: ti.template()
+):
     """Directions, arms and biases for this step; applies the impulses of the last one."""
     for v in range(m.voxels):
         block = v * lay.VOXEL_ITEMS
@@ -100,25 +99,59 @@ def solve_velocities(S: ti.template(), g, m: ti.template(), T: ti.template()):
         vx = [S[g, block + k * lay.BODY_ITEMS + lay.VX] for k in range(4)]
         vy = [S[g, block + k * lay.BODY_ITEMS + lay.VY] for k in range(4)]
         w = [S[g, block + k * lay.BODY_ITEMS + lay.W] for k in range(4)]
-        for k in ti.static(range(_COUNT)):
-            i = ti.static(_SQUARES1[k])
-            j = ti.static(_SQUARES2[k])
-            o = block + (lay.SPRINGS + lay.SPRING_ITEMS * k)
-            nx, ny = S[g, o + lay.SP_NX], S[g, o + lay.SP_NY]
-            arm1, arm2 = S[g, o + lay.SP_ARM1], S[g, o + lay.SP_ARM2]
-            acc = S[g, o + lay.SP_IMPULSE]
-            speed = (nx * (vx[i] - vx[j]) + ny * (vy[i] - vy[j])) + (arm1 * w[i] - arm2 * w[j])
-            change = (acc * T.f(-_RELAX) - S[g, o + lay.SP_BIAS]) - speed
-            S[g, o + lay.SP_IMPULSE] = acc + change
-            px = nx * change
-            py = ny * change
-            vx[i] += px
-            vy[i] += py
-            w[i] += arm1 * change
-            vx[j] -= px
-            vy[j] -= py
-            w[j] -= arm2 * change
+        # The sides N and S join squares (0, 1) and (2, 3), E and W squares (1, 2) and (3, 0): the
+        # second round runs the code of the first on squares renumbered by one.
+        for half in range(2):
+            for link in range(4):
+                o = block + lay.SPRINGS + (half * 4 + link) * (2 * lay.SPRING_ITEMS)
+                _solve_one(S, g, o, vx, vy, w, 0, 1, T)
+                _solve_one(S, g, o + lay.SPRING_ITEMS, vx, vy, w, 2, 3, T)
+            _renumber(vx)
+            _renumber(vy)
+            _renumber(w)
+        central = block + (lay.SPRINGS + 16 * lay.SPRING_ITEMS)
+        _solve_one(S, g, central, vx, vy, w, 2, 0, T)
+        _solve_one(S, g, central + lay.SPRING_ITEMS, vx, vy, w, 3, 1, T)
         for k in ti.static(range(4)):
-            S[g, block + k * lay.BODY_ITEMS + lay.VX] = vx[k]
-            S[g, block + k * lay.BODY_ITEMS + lay.VY] = vy[k]
-            S[g, block + k * lay.BODY_ITEMS + lay.W] = w[k]
+            o = block + ((k + 2) % 4) * lay.BODY_ITEMS
+            S[g, o + lay.VX] = vx[k]
+            S[g, o + lay.VY] = vy[k]
+            S[g, o + lay.W] = w[k]
+
+
+@ti.func
+def _renumber(a: ti.template()):
+    """Square k + 1 becomes square k."""
+    first = a[0]
+    for k in ti.static(range(3)):
+        a[k] = a[k + 1]
+    a[3] = first
+
+
+@ti.func
+def _solve_one(
+    S: ti.template(),
+    g,
+    o,
+    vx: ti.template(),
+    vy: ti.template(),
+    w: ti.template(),
+    i: ti.template(),
+    j: ti.template(),
+    T: ti.template(),
+):
+    """One iteration of the spring at offset o between squares i and j."""
+    nx, ny = S[g, o + lay.SP_NX], S[g, o + lay.SP_NY]
+    arm1, arm2 = S[g, o + lay.SP_ARM1], S[g, o + lay.SP_ARM2]
+    acc = S[g, o + lay.SP_IMPULSE]
+    speed = (nx * (vx[i] - vx[j]) + ny * (vy[i] - vy[j])) + (arm1 * w[i] - arm2 * w[j])
+    change = (acc * T.f(-_RELAX) - S[g, o + lay.SP_BIAS]) - speed
+    S[g, o + lay.SP_IMPULSE] = acc + change
+    px = nx * change
+    py = ny * change
+    vx[i] += px
+    vy[i] += py
+    w[i] += arm1 * change
+    vx[j] -= px
+    vy[j] -= py
+    w[j] -= arm2 * change

@@ -125,7 +125,9 @@ def forget_window(state: State) -> None:
     state.header(lay.H_WINDOW_HIGH).fill_(-_FAR)
 
 
-def initial_poses(morphology: Morphology, terrains: list[Terrain] | None, n_worlds: int) -> np.ndarray:
+def initial_poses(
+    morphology: Morphology, terrains: list[Terrain] | None, n_worlds: int
+) -> np.ndarray:
     """Poses of the squares at birth, (N, V, 4, 3), float64.
 
     Without ground, voxel (gx, gy) is centred at (3 gx, 3 gy). On ground the robot's left edge

@@ -8,6 +8,8 @@ t = u turned left, its matrix is constant. With lengths in units of GYRATION, rh
     K = [[2]] for u,   [[2 + rho^2, rho], [rho, 2]] for (t, angle),   det = 4 + rho^2
 """
 
+import math
+
 from physics import layout as lay
 from physics import material
 from physics.backend import ti
@@ -87,10 +89,14 @@ def solve_velocities(S: ti.template(), g, m: ti.template(), mi: ti.template(), T
 
 
 @ti.func
-def solve_positions(S: ti.template(), g, m: ti.template(), mi: ti.template(), live, T: ti.template()):
+def solve_positions(
+    S: ti.template(), g, m: ti.template(), mi: ti.template(), live, T: ti.template()
+):
     """One iteration of the position stage on live lanes; returns the lanes still off."""
     mask = live > T.f(0.0)
     off = live < live
+    half_turn = T.vec(math.pi)
+    whole_turn = T.f(2 * math.pi)
     for n in range(m.welds):
         row = m.weld_table + I_WELD_ROW * n
         b1 = mi[row]
@@ -99,6 +105,11 @@ def solve_positions(S: ti.template(), g, m: ti.template(), mi: ti.template(), li
         dx = (S[g, b1 + lay.X] - S[g, b2 + lay.X]) - T.f(_ARM) * ux
         dy = (S[g, b1 + lay.Y] - S[g, b2 + lay.Y]) - T.f(_ARM) * uy
         angle = S[g, b1 + lay.ANGLE] - S[g, b2 + lay.ANGLE]
+        angle = ti.select(
+            angle > half_turn,
+            angle - whole_turn,
+            ti.select(angle < -half_turn, angle + whole_turn, angle),
+        )
         off = off | (
             mask
             & (
@@ -114,7 +125,9 @@ def solve_positions(S: ti.template(), g, m: ti.template(), mi: ti.template(), li
         pw = T.f(-_TA) * error_t - T.f(_AA) * error_a
         px = pu * ux - pt * uy
         py = pu * uy + pt * ux
-        move(S, g, b1, mask, px, py, pw * T.f(1 / lay.GYRATION), T)
-        turn2 = (pw + T.f(_RHO) * pt) * T.f(-1 / lay.GYRATION)
-        move(S, g, b2, mask, -px, -py, turn2, T)
+        for second in range(2):  # a loop, because it compiles the code of ``move`` once
+            body = b2 if second != 0 else b1
+            sign = T.f(1.0) - T.f(2.0) * ti.cast(second, T.f)
+            turn = (pw + ti.cast(second, T.f) * T.f(_RHO) * pt) * (sign * T.f(1 / lay.GYRATION))
+            move(S, g, body, mask, sign * px, sign * py, turn, T)
     return off

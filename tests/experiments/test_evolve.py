@@ -17,6 +17,7 @@ from experiments.champion import Champions
 from experiments.config import EvolveConfig
 from experiments.evolve import evolve, resume
 from experiments.progress import ProgressDisplay
+from experiments.store import Checkpoint, RunStore
 
 COMMAND = [sys.executable, "-c", "from experiments.cli import main; main()"]
 
@@ -84,6 +85,30 @@ def test_stopped_and_resumed_is_the_same(
         stop_after(3, patch)
         with pytest.raises(KeyboardInterrupt):
             resume(folder)
+    resume(folder)
+    assert_same_outcome(folder, finished)
+    assert logged(folder) == logged(finished)
+
+
+def test_what_ran_ahead_of_the_checkpoint_is_done_again(
+    tiny: EvolveConfig, finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "run"
+    save = RunStore.save
+
+    def save_until_killed(self: RunStore, checkpoint: Checkpoint) -> None:
+        if checkpoint.generation > 0:
+            # All that the checkpoint will vouch for is in the files already.
+            assert logged(folder)[-1][0] == checkpoint.generation
+            assert history(folder)[-1][1] == str(checkpoint.generation)
+        if checkpoint.generation == 3:
+            raise KeyboardInterrupt
+        save(self, checkpoint)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(RunStore, "save", save_until_killed)
+        with pytest.raises(KeyboardInterrupt):
+            evolve(tiny, folder)
     resume(folder)
     assert_same_outcome(folder, finished)
     assert logged(folder) == logged(finished)

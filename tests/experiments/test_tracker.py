@@ -1,6 +1,8 @@
 """TensorBoard event files, read back with TensorBoard's own reader."""
 
 import io
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -49,26 +51,33 @@ def test_several_runs_have_a_folder_each_and_their_quartiles(tmp_path: Path) -> 
 
 def test_pictures_arrive_as_they_are(tmp_path: Path) -> None:
     frames = [Image.new("RGB", (30, 20), (80 * i, 0, 0)) for i in range(3)]
-    strip, film, video = tmp_path / "strip.png", tmp_path / "gait.gif", tmp_path / "gait.mp4"
+    strip, film, video = (tmp_path / f"gait.{suffix}" for suffix in ("png", "gif", "mp4"))
     frames[0].save(strip)
     frames[0].save(film, save_all=True, append_images=frames[1:])
     video.write_bytes(b"for other viewers")
     with Tracker(tmp_path / "run", EvolveConfig(), 1) as tracker:
         tracker.show(0, 7, [strip, film, video])
     events = read(tmp_path / "run")
-    assert sorted(events.Tags()["images"]) == ["champion/gait", "champion/strip"]
-    (event,) = events.Images("champion/gait")
+    assert sorted(events.Tags()["images"]) == ["champion/gait.gif", "champion/gait.png"]
+    (event,) = events.Images("champion/gait.gif")
     assert (event.step, event.width, event.height) == (7, 30, 20)
     with Image.open(io.BytesIO(event.encoded_image_string)) as image:
         assert image.n_frames == 3
 
 
 def test_flushed_numbers_outlive_a_kill(tmp_path: Path) -> None:
-    tracker = Tracker(tmp_path, EvolveConfig(), 1)
-    tracker.log(1, [{"fitness/best": 0.5}])
-    tracker.flush()
-    assert scalars(tmp_path, "fitness/best") == [(1, 0.5)]  # though never closed
-    tracker.close()
+    code = f"""
+import os, pathlib
+from experiments.config import EvolveConfig
+from experiments.tracker import Tracker
+tracker = Tracker(pathlib.Path({str(tmp_path)!r}), EvolveConfig(), 1)
+for generation in range(1, 31):
+    tracker.log(generation, [{{"fitness/best": 0.5}}])
+tracker.flush()
+os._exit(9)
+"""
+    assert subprocess.run([sys.executable, "-c", code]).returncode == 9
+    assert [step for step, _ in scalars(tmp_path, "fitness/best")] == list(range(1, 31))
 
 
 @pytest.mark.parametrize("runs", [1, 3])

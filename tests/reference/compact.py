@@ -122,6 +122,24 @@ def sensors(source: Path) -> None:
     )
 
 
+def random_gaits(source: Path) -> None:
+    for shape in ("worm-7x1", "biped-4x3"):
+        _, values = table(source / f"random_gaits_params_{shape}.csv")
+        names, speeds = table(source / f"random_gaits_clean_{shape}.csv")
+        parameters = values[:, 2:].reshape(len(values), 2, -1)
+        columns = ("veto", "veto_dx", "noccd", "noself")
+        save(
+            f"random_gaits_{shape.split('-')[0]}",
+            frequency=values[:, 1],
+            amplitude=parameters[:, 0],
+            phase=parameters[:, 1],
+            **{
+                ground: speeds[:, [names.index(f"vel_{ground}_{c}") for c in columns]]
+                for ground in ("flat", "hilly")
+            },
+        )
+
+
 if __name__ == "__main__":
-    for write in (terrains, joint_orders, free_flight, drop, passive, sensors):
+    for write in (terrains, joint_orders, free_flight, drop, passive, sensors, random_gaits):
         write(Path(sys.argv[1]))

@@ -1,0 +1,185 @@
+"""What a comparison is made of: cases to replay, the rows they give, pictures of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from physics import Engine
+
+__all__ = [
+    "Case",
+    "Outcome",
+    "Panel",
+    "Picture",
+    "Row",
+    "Setting",
+    "Skip",
+    "Tolerance",
+    "Yardstick",
+]
+
+_SYMBOLS = {"at most": "<=", "at least": ">=", "within": "+-"}
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """When a figure of ours is good enough.
+
+    Attributes:
+        kind: "at most" or "at least" a value, or "within" it of the reference's figure.
+        value: in the unit of the figure.
+    """
+
+    kind: Literal["at most", "at least", "within"]
+    value: float
+
+    def admits(self, ours: float, reference: float) -> bool:
+        """Whether our figure passes; NaN never does."""
+        if self.kind == "at least":
+            return ours >= self.value
+        return (abs(ours - reference) if self.kind == "within" else ours) <= self.value
+
+    def __str__(self) -> str:
+        return f"{_SYMBOLS[self.kind]} {self.value:g}"
+
+
+@dataclass(frozen=True)
+class Row:
+    """One figure of ours beside the reference's.
+
+    Attributes:
+        case: what was replayed.
+        measure: what was measured, with its unit.
+        reference: what it is for the recorded run; 0 for an error, 1 for a correlation.
+        ours: what it is for our replay.
+        tolerance: of ours.
+        itself: the same figure of the reference against itself with the start shifted by
+            1e-6 m, where that was recorded: no simulator can be asked for more.
+    """
+
+    case: str
+    measure: str
+    reference: float
+    ours: float
+    tolerance: Tolerance
+    itself: float | None = None
+
+    @property
+    def passes(self) -> bool:
+        """Whether ours is within the tolerance."""
+        return self.tolerance.admits(self.ours, self.reference)
+
+
+@dataclass(frozen=True)
+class Skip:
+    """A case that cannot be replayed with the files at hand.
+
+    Attributes:
+        case: what would have been replayed.
+        why: what is missing.
+    """
+
+    case: str
+    why: str
+
+
+@dataclass(frozen=True)
+class Yardstick:
+    """How well speeds of the reference agree with themselves, and ours with them.
+
+    Each agreement is (Spearman's correlation, mean absolute difference, bias) against the
+    reference's plain runs; None where it was not recorded.
+
+    Attributes:
+        case: shape, terrain and number type.
+        mean: mean speed of the plain runs [m/s].
+        shifted: of the reference from a start shifted by 1e-6 m.
+        no_detection: of the reference without continuous collision detection.
+        ours: of one run of ours per gait.
+    """
+
+    case: str
+    mean: float
+    shifted: tuple[float, float, float] | None
+    no_detection: tuple[float, float, float] | None
+    ours: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One pair of axes with recorded and own data.
+
+    Attributes:
+        title, x_label, y_label: texts.
+        kind: "lines": curves over x; "points": ours over recorded, with the diagonal;
+            "share": the share of values up to each value.
+        recorded, ours: "lines": (T, curves); else (n,).
+        x: of "lines", (T,).
+    """
+
+    title: str
+    x_label: str
+    y_label: str
+    kind: Literal["lines", "points", "share"]
+    recorded: np.ndarray
+    ours: np.ndarray
+    x: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+
+@dataclass(frozen=True)
+class Picture:
+    """Panels side by side, in one file.
+
+    Attributes:
+        name: of the file, without its ending.
+        panels: from left to right.
+    """
+
+    name: str
+    panels: tuple[Panel, ...]
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What all cases share.
+
+    Attributes:
+        engine: settings of the simulator under test.
+        seed: of the cases that draw their own motions.
+    """
+
+    engine: Engine = field(default_factory=Engine)
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a replay gave."""
+
+    rows: tuple[Row, ...]
+    pictures: tuple[Picture, ...] = ()
+    yardsticks: tuple[Yardstick, ...] = ()
+
+
+@dataclass(frozen=True)
+class Case:
+    """A comparison that is ready to run: its files are read and sound.
+
+    Attributes:
+        name: for the progress.
+        replay: runs it.
+    """
+
+    name: str
+    replay: Callable[[Setting], Outcome]
+
+
+def worst(errors: np.ndarray) -> float:
+    """The largest absolute value; infinite if any is not a number."""
+    largest = float(np.abs(errors).max(initial=0.0))
+    return math.inf if math.isnan(largest) else largest

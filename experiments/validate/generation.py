@@ -1,0 +1,125 @@
+"""The first generation of an evolution: random genomes in closed loop."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+import torch
+from scipy.stats import ks_2samp
+
+from experiments.episode import live
+from experiments.validate import networks
+from experiments.validate.case import Case, Outcome, Panel, Picture, Row, Setting, Skip, Tolerance
+from experiments.validate.recordings import Recordings
+from experiments.validate.sensors import RECORDED_RAYS
+from physics import Apparatus, Morphology, Simulator, Terrain
+
+__all__ = ["cases"]
+
+_DURATION = 60.0  # [s]
+# The motions are chaotic: one start alone moves the mean of 40 speeds by some 0.02 m/s.
+_STARTS = 4
+_SHIFT = 1e-6  # start k scales the genomes by 1 - k _SHIFT
+_DTYPE = torch.float64  # the reference's
+_KS = Tolerance("at least", 0.01)
+_MEAN = Tolerance("within", 0.06)
+
+
+@dataclass(frozen=True)
+class _Generation:
+    """The recorded lives of random genomes.
+
+    Attributes:
+        name: of the table.
+        kind: of the networks, "hlp" or "mlp".
+        morphology, apparatus: the robot.
+        duration: of a life [s].
+        genomes: (N, genes).
+        terrains: one per genome.
+        speeds: recorded [m/s], (N,).
+    """
+
+    name: str
+    kind: str
+    morphology: Morphology
+    apparatus: Apparatus
+    duration: float
+    genomes: np.ndarray
+    terrains: list[Terrain]
+    speeds: np.ndarray
+
+
+def cases(recordings: Recordings) -> list[Case | Skip]:
+    """One for every table ``gen0_<shape>_<level>_<kind>``."""
+    found: list[Case | Skip] = []
+    for match in recordings.names(r"gen0_([^_]+)_(low|medium|high)_(hlp|mlp)"):
+        name, shape, level, kind = match[0], match[1], match[2], match[3]
+        table = recordings.table(name)
+        morphology = recordings.robot(shape, name)
+        apparatus = Apparatus.named(level, morphology, RECORDED_RAYS)
+        n_genes = networks.n_genes(kind, _sizes(apparatus, morphology))
+        genomes = recordings.genomes(name, len(table), n_genes)
+        if genomes is None:
+            found.append(Skip(name, f"no file {name}_genomes.f64.gz"))
+            continue
+        generation = _Generation(
+            name,
+            kind,
+            morphology,
+            apparatus,
+            recordings.duration(name, _DURATION),
+            genomes,
+            [
+                recordings.terrain(terrain, f"{table.path.name}: column terrain")
+                for terrain in table.text("terrain")
+            ],
+            table.numbers("velocity"),
+        )
+        found.append(Case(name, partial(_replay, generation)))
+    return found
+
+
+def _sizes(apparatus: Apparatus, morphology: Morphology) -> list[int]:
+    return [apparatus.n_readings, apparatus.n_readings, morphology.n_voxels]
+
+
+def _replay(generation: _Generation, setting: Setting) -> Outcome:
+    ours = _speeds(generation, setting)
+    recorded = generation.speeds
+    case = f"{generation.name} {'f64' if torch.float64 == _DTYPE else 'f32'}"
+    likeness = float(ks_2samp(ours.ravel(), recorded).pvalue)
+    means = float(recorded.mean()), float(ours.mean())
+    rows = (
+        Row(case, f"{_STARTS} starts: Kolmogorov-Smirnov p of the speeds", 1.0, likeness, _KS),
+        Row(case, f"mean of {_STARTS} starts: mean speed [m/s]", *means, _MEAN),
+    )
+    scatter = Panel(
+        f"mean of {_STARTS} starts",
+        "recorded speed [m/s]",
+        "our speed [m/s]",
+        "points",
+        recorded,
+        ours.mean(axis=0),
+    )
+    share = Panel("all starts", "speed [m/s]", "share of robots", "share", recorded, ours.ravel())
+    return Outcome(rows, (Picture(generation.name, (scatter, share)),))
+
+
+def _speeds(generation: _Generation, setting: Setting) -> np.ndarray:
+    """Our speeds, (starts, N), all as worlds of one simulator."""
+    genomes = torch.from_numpy(generation.genomes)
+    shifted = torch.cat([genomes * (1 - k * _SHIFT) for k in range(_STARTS)])
+    sizes = _sizes(generation.apparatus, generation.morphology)
+    sim = Simulator(
+        generation.morphology,
+        generation.terrains * _STARTS,
+        len(shifted),
+        sensors=generation.apparatus,
+        dtype=_DTYPE,
+        engine=setting.engine,
+    )
+    network = networks.build(generation.kind, shifted, sizes, _DTYPE)
+    life = live(sim, network, generation.duration)
+    return life.speed.numpy().reshape(_STARTS, -1)

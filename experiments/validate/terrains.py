@@ -1,0 +1,42 @@
+"""Terrains drawn from their names against the recorded profiles."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+
+import numpy as np
+
+from experiments.validate.case import Case, Outcome, Row, Setting, Skip, Tolerance, worst
+from experiments.validate.recordings import Recordings
+from physics import Terrain
+
+__all__ = ["cases"]
+
+_ERROR = Tolerance("at most", 1e-9)
+
+
+def cases(recordings: Recordings) -> list[Case | Skip]:
+    """One for all profiles whose names are of the catalogue."""
+    pairs = []
+    for name, recorded in recordings.profiles.items():
+        try:
+            pairs.append((recorded, Terrain.from_name(name)))
+        except ValueError:  # a profile of their own, to be used as it is
+            continue
+    if not pairs:
+        return [Skip("terrains", "no profiles in terrains.json")]
+    return [Case("terrains", partial(_compare, pairs))]
+
+
+def _compare(pairs: list[tuple[Terrain, Terrain]], setting: Setting) -> Outcome:
+    error = max(_difference(recorded, ours) for recorded, ours in pairs)
+    return Outcome(
+        (Row(f"{len(pairs)} terrains", "greatest error of a point [m]", 0.0, error, _ERROR),)
+    )
+
+
+def _difference(recorded: Terrain, ours: Terrain) -> float:
+    if len(recorded.xs) != len(ours.xs):
+        return math.inf
+    return worst(np.stack([recorded.xs - ours.xs, recorded.ys - ours.ys]))
