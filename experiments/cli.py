@@ -107,6 +107,27 @@ def render(
         print(f"wrote {path}")
 
 
+@app.command
+def validate(
+    reference: Path | None = None,
+    json: Path | None = None,
+    out: Path | None = None,
+    seed: int = 0,
+) -> None:
+    """Compare the simulator with recorded runs; exit code 1 if any case fails.
+
+    Args:
+        reference: Folder of recorded runs; by default the project's own copy.
+        json: File for the table in JSON.
+        out: Folder for pictures of recorded runs and ours; by default none are drawn.
+        seed: Decides the motions in the cases that need no recorded run.
+    """
+    from experiments.validate import validate as run_validation
+
+    _one_thread()
+    sys.exit(run_validation(reference, json, out, seed=seed))
+
+
 def main() -> None:
     """Run the command that sys.argv names. A user's mistake is one line and exit code 2."""
     try:

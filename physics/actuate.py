@@ -3,6 +3,7 @@
 from physics import layout as lay
 from physics import noise
 from physics.backend import ti
+from physics.numerics import any_lane, limited
 
 REST, FROZEN, RANDOM = range(3)
 
@@ -12,17 +13,17 @@ def command(S: ti.template(), g, m: ti.template(), voxel, value, T: ti.template(
     """Sets the actuation of a voxel for the next step, unless the voxel is broken by now."""
     block = voxel * lay.VOXEL_ITEMS
     one = T.vec(1.0)
-    clipped = ti.select(value > one, one, ti.select(value < -one, -one, value))
+    clipped = limited(value, one, T)
     step = S[g, m.header + lay.H_STEP]
     broken = (step >= S[g, block + lay.BREAKS]) & (step < S[g, block + lay.MENDS])
-    if broken.any():
+    if any_lane(broken, T):
         stuck = T.vec(0.0)
         if m.damage_mode == FROZEN:
             stuck = S[g, block + lay.ACTUATION]
         elif m.damage_mode == RANDOM:
-            # Voxels count from 1 here: number 0 would share its bits with the noise's first pair.
-            number = ti.cast(voxel + 1, ti.u32)
-            bits = noise.mix(noise.key(S, g, m, T) ^ (number * ti.u32(0xC2B2AE35)))
-            stuck = ti.cast(noise.uniform(bits), T.f) * T.f(2.0) - one
+            for lane in range(T.lanes):
+                bits = noise.bits(noise.key(S, g, m, lane), noise.ACTUATION, voxel)
+                S[g, block + lay.COMMAND][lane] = ti.cast(noise.uniform(bits), T.f)
+            stuck = S[g, block + lay.COMMAND] * T.f(2.0) - one
         clipped = ti.select(broken, stuck, clipped)
     S[g, block + lay.ACTUATION] = clipped

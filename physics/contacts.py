@@ -9,6 +9,7 @@ from physics import material
 from physics.backend import ti
 from physics.dynamics import move
 from physics.model import F_FRICTION
+from physics.numerics import any_lane, limited
 
 
 @ti.func
@@ -72,11 +73,11 @@ def solve_velocities(
             rt, old = S[g, o + lay.PT_RT], S[g, o + lay.PT_JT]
             limit = friction * S[g, o + lay.PT_JN]
             total = old - S[g, o + lay.PT_MT] * ((ny * vx - nx * vy) + rt * w)
-            total = ti.select(total > limit, limit, ti.select(total < -limit, -limit, total))
+            total = limited(total, limit, T)
             change = total - old
             S[g, o + lay.PT_JT] = total
             vx += ny * change
-            vy -= nx * change
+            vy = vy - nx * change
             w += rt * change
         for p in range(2):
             o = pair + lay.PA_POINTS + p * lay.POINT_ITEMS
@@ -109,7 +110,7 @@ def solve_positions(
         for p in range(2):
             o = pair + lay.PA_POINTS + p * lay.POINT_ITEMS
             mask = (live > T.f(0.0)) & (S[g, o + lay.PT_DEPTH] >= zero)
-            if mask.any():
+            if any_lane(mask, T):
                 c, s = S[g, body + lay.COS], S[g, body + lay.SIN]
                 lx, ly = S[g, o + lay.PT_LX], S[g, o + lay.PT_LY]
                 rx = c * lx - s * ly

@@ -4,7 +4,7 @@ from physics import layout as lay
 from physics import material
 from physics.backend import ti
 from physics.model import F_DAMPING, F_GRAVITY
-from physics.numerics import rotate
+from physics.numerics import any_lane, limited, rotate
 
 
 @ti.func
@@ -37,11 +37,11 @@ def integrate_positions(S: ti.template(), g, m: ti.template(), T: ti.template())
             turn = S[g, o + lay.W] * T.f(material.DT / lay.GYRATION)
             squared = dx * dx + dy * dy
             too_far = squared > longest * longest
-            if too_far.any():
+            if any_lane(too_far, T):
                 scale = ti.select(too_far, longest / ti.sqrt(squared), T.vec(1.0))
                 dx = dx * scale
                 dy = dy * scale
-            turn = ti.select(turn > widest, widest, ti.select(turn < -widest, -widest, turn))
+            turn = limited(turn, widest, T)
             move(S, g, o, alive, dx, dy, turn, T)
             for item in ti.static((lay.VX, lay.VY, lay.W)):
                 S[g, o + item] = ti.select(alive, S[g, o + item], zero)

@@ -13,6 +13,7 @@ from physics import layout as lay
 from physics import material
 from physics.backend import ti
 from physics.model import F_REACH
+from physics.numerics import any_lane, magnitude
 
 _RADIUS = material.SQUARE_HALF * math.sqrt(2)  # of the circle around a square [m]
 MARGIN = 2.0  # ground kept ready beyond what is within reach [m]
@@ -43,9 +44,10 @@ def update_window(
         leaves = (low < S[g, m.header + lay.H_WINDOW_LOW]) | (
             high > S[g, m.header + lay.H_WINDOW_HIGH]
         )
-        if leaves.any():
-            for lane in range(T.lanes):  # not unrolled: this is rare, and long to compile
-                if leaves[lane]:
+        if any_lane(leaves, T):
+            marks = ti.select(leaves, T.vec(1.0), T.vec(0.0))
+            for lane in range(T.lanes):
+                if marks[lane] > T.f(0.0):
                     _fill_lane(S, terrain, g, m, lane, low[lane] - T.f(MARGIN), T)
 
 
@@ -155,16 +157,17 @@ def _collide(S: ti.template(), g, m: ti.template(), body, pair, number, T: ti.te
     radius = T.f(_RADIUS)
     near = (height <= radius) & (along >= -radius) & (along <= length + radius)
     touched = 0
-    if near.any():
+    if any_lane(near, T):
         # The normal in the body's frame tells which of its edges faces the ground most.
         c, s = S[g, body + lay.COS], S[g, body + lay.SIN]
-        local_x = c * -ty + s * tx
+        local_x = s * tx - c * ty
         local_y = c * tx + s * ty
-        flat = ti.abs(local_y) >= ti.abs(local_x)
+        flat = magnitude(local_y, T) >= magnitude(local_x, T)
         one = T.vec(1.0)
-        fx = ti.select(flat, zero, ti.select(local_x > zero, -one, one))
-        fy = ti.select(flat, ti.select(local_y > zero, -one, one), zero)
-        gx, gy = -fy, fx  # along the edge
+        minus = T.vec(-1.0)
+        fx = ti.select(flat, zero, ti.select(local_x > zero, minus, one))
+        fy = ti.select(flat, ti.select(local_y > zero, minus, one), zero)
+        gx, gy = zero - fy, fx  # along the edge
         # World vectors from the centre to the edge's middle and from there to its end.
         ex = (c * fx - s * fy) * h
         ey = (s * fx + c * fy) * h
@@ -173,19 +176,19 @@ def _collide(S: ti.template(), g, m: ti.template(), body, pair, number, T: ti.te
         # Clip the edge, middle + q * half edge with |q| <= 1, to 0 <= along <= length.
         middle = along + (ex * tx + ey * ty)
         slope = wx * tx + wy * ty
-        at_start = -middle / slope
+        at_start = (zero - middle) / slope
         at_end = (length - middle) / slope
-        q_low = ti.max(-one, ti.min(at_start, at_end))
+        q_low = ti.max(minus, ti.min(at_start, at_end))
         q_high = ti.min(one, ti.max(at_start, at_end))
         edge_height = height + (ey * tx - ex * ty)
         rise = wy * tx - wx * ty
-        depth_low = -(edge_height + q_low * rise)
-        depth_high = -(edge_height + q_high * rise)
+        depth_low = zero - (edge_height + q_low * rise)
+        depth_high = zero - (edge_height + q_high * rise)
         depth = ti.max(depth_low, depth_high)
         low, high = pair + lay.PA_POINTS, pair + (lay.PA_POINTS + lay.POINT_ITEMS)
         so_far = ti.max(S[g, low + lay.PT_DEPTH], S[g, high + lay.PT_DEPTH])
         hit = near & (q_low <= q_high) & (depth >= zero) & (depth > so_far)
-        if hit.any():
+        if any_lane(hit, T):
             touched = 1
             # Four edges: 0 bottom, 1 top, 2 left, 3 right.
             upper = ti.select(flat, fy, fx) > zero
@@ -194,12 +197,15 @@ def _collide(S: ti.template(), g, m: ti.template(), body, pair, number, T: ti.te
             key = one + edge + (base + ti.cast(number, T.f)) * T.f(4.0)
             same = key == S[g, pair + lay.PA_KEY]
             S[g, pair + lay.PA_KEY] = ti.select(hit, key, S[g, pair + lay.PA_KEY])
-            S[g, pair + lay.PA_NX] = ti.select(hit, -ty, S[g, pair + lay.PA_NX])
+            S[g, pair + lay.PA_NX] = ti.select(hit, zero - ty, S[g, pair + lay.PA_NX])
             S[g, pair + lay.PA_NY] = ti.select(hit, tx, S[g, pair + lay.PA_NY])
             fx, fy, gx, gy = fx * h, fy * h, gx * h, gy * h
             for p in range(2):
-                q = q_high if p != 0 else q_low
-                deep = depth_high if p != 0 else depth_low
+                q = q_low
+                deep = depth_low
+                if p != 0:
+                    q = q_high
+                    deep = depth_high
                 o = pair + lay.PA_POINTS + p * lay.POINT_ITEMS
                 _store_point(S, g, body, o, hit, same, deep, fx + gx * q, fy + gy * q, T)
     return touched

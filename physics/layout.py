@@ -69,7 +69,8 @@ VOXEL_ITEMS = MENDS + 1
 # The header of a group.
 H_STEP, H_LIFE, H_FAILED, H_ALIVE, H_LIVE, H_SEED_LOW, H_SEED_HIGH = range(7)
 H_WINDOW_LOW, H_WINDOW_HIGH, H_WINDOW_BASE = range(7, 10)
-HEADER_ITEMS = 10
+H_PLACE, H_LENGTH = range(10, 12)  # of the sensor window that is averaged just now
+HEADER_ITEMS = 12
 
 # A weld: axis (unit vector from body 2's centre to the anchor), impulse.
 WE_UX, WE_UY, WE_PX, WE_PY, WE_PW = range(5)

@@ -12,13 +12,16 @@ from physics.backend import ti
 
 _LOG_2 = math.log(2)
 
+# Streams of one step: what a number is for.
+FIRST_NORMAL, SECOND_NORMAL, ACTUATION = (0x9E3779B9, 0x85EBCA6B, 0xC2B2AE35)
+
 
 @ti.func
-def key(S: ti.template(), g, m: ti.template(), T: ti.template()):
-    """The key of this step, one per lane: seed and step mixed (uint32)."""
-    low = ti.cast(S[g, m.header + lay.H_SEED_LOW], ti.u32)
-    high = ti.cast(S[g, m.header + lay.H_SEED_HIGH], ti.u32)
-    step = ti.cast(S[g, m.header + lay.H_STEP], ti.u32)
+def key(S: ti.template(), g, m: ti.template(), lane):
+    """The key of this step of one world: seed and step mixed (uint32)."""
+    low = ti.cast(S[g, m.header + lay.H_SEED_LOW][lane], ti.u32)
+    high = ti.cast(S[g, m.header + lay.H_SEED_HIGH][lane], ti.u32)
+    step = ti.cast(S[g, m.header + lay.H_STEP][lane], ti.u32)
     return mix(mix(low | (high << ti.u32(16))) + step)
 
 
@@ -30,6 +33,12 @@ def mix(x):
     y = y ^ (y >> ti.u32(15))
     y = y * ti.u32(0xD35A2D97)
     return y ^ (y >> ti.u32(15))
+
+
+@ti.func
+def bits(step_key, stream: ti.template(), index):
+    """32 random bits for one use in a step (uint32)."""
+    return mix(step_key + mix(ti.u32(stream) + ti.cast(index, ti.u32)))
 
 
 @ti.func
@@ -72,11 +81,13 @@ def normal_pair(bits1, bits2):
 @ti.func
 def add_to_readings(S: ti.template(), g, m: ti.template(), sigma, T: ti.template()):
     """Adds normal noise of standard deviation sigma to every reading; no clipping."""
-    step_key = key(S, g, m, T)
-    for pair in range((m.readings + 1) // 2):
-        bits = mix(step_key ^ (ti.cast(pair, ti.u32) * ti.u32(0x9E3779B9)))
-        first, second = normal_pair(bits, mix(bits + ti.u32(0x85EBCA6B)))
-        o = m.reading_block + 2 * pair
-        S[g, o] = S[g, o] + sigma * ti.cast(first, T.f)
-        if 2 * pair + 1 < m.readings:
-            S[g, o + 1] = S[g, o + 1] + sigma * ti.cast(second, T.f)
+    for lane in range(T.lanes):
+        step_key = key(S, g, m, lane)
+        for pair in range((m.readings + 1) // 2):
+            first, second = normal_pair(
+                bits(step_key, FIRST_NORMAL, pair), bits(step_key, SECOND_NORMAL, pair)
+            )
+            o = m.reading_block + 2 * pair
+            S[g, o][lane] = S[g, o][lane] + sigma * ti.cast(first, T.f)
+            if 2 * pair + 1 < m.readings:
+                S[g, o + 1][lane] = S[g, o + 1][lane] + sigma * ti.cast(second, T.f)

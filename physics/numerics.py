@@ -31,14 +31,32 @@ def polynomial(z, coefficients: ti.template(), T: ti.template()):
 
 
 @ti.func
+def any_lane(mask, T: ti.template()):
+    """Whether the mask is set in any lane."""
+    return ti.select(mask, T.vec(1.0), T.vec(0.0)).max() > T.f(0.0)
+
+
+@ti.func
+def magnitude(x, T: ti.template()):
+    """Absolute value of a lane vector."""
+    return ti.max(x, T.f(0.0) - x)
+
+
+@ti.func
+def limited(x, limit, T: ti.template()):
+    """A lane vector cut to [-limit, limit]; NaN stays NaN."""
+    low = T.f(0.0) - limit
+    return ti.select(x > limit, limit, ti.select(x < low, low, x))
+
+
+@ti.func
 def tanh(x, T: ti.template()):
     """Hyperbolic tangent of a lane vector; NaN stays NaN."""
     result = x
     if ti.static(T.double):
-        result = ti.tanh(x)
+        result = T.vec([ti.tanh(x[lane]) for lane in range(T.lanes)])
     else:
-        limit = T.vec(_TANH_LIMIT)
-        clipped = ti.select(x > limit, limit, ti.select(x < -limit, -limit, x))
+        clipped = limited(x, T.vec(_TANH_LIMIT), T)
         z = clipped * clipped
         result = clipped * polynomial(z, _TANH_P, T) / polynomial(z, _TANH_Q, T)
     return result

@@ -8,6 +8,7 @@ from physics import layout as lay
 from physics import material
 from physics.backend import ti
 from physics.model import I_ROPE_ROW, I_ROPES
+from physics.numerics import any_lane, limited, magnitude
 
 _COUNT = len(material.ROPES)
 
@@ -30,7 +31,7 @@ def prepare(
                 squared = dx * dx + dy * dy
                 short = squared < T.f(material.ROPE_LENGTH**2)
                 impulse = ti.select(short, S[g, o + lay.RO_IMPULSE], T.vec(0.0))
-                if short.any():
+                if any_lane(short, T):
                     inverse = T.f(1.0) / ti.sqrt(squared)
                     nx = dx * inverse
                     ny = dy * inverse
@@ -78,9 +79,9 @@ def solve_positions(
         length = ti.sqrt(dx * dx + dy * dy)
         limit = T.vec(material.MAX_CORRECTION)
         error = length - T.f(material.ROPE_LENGTH)
-        error = ti.select(error > limit, limit, ti.select(error < -limit, -limit, error))
+        error = limited(error, limit, T)
         mends = ti.select(live > T.f(0.0), S[g, o + lay.RO_ACTIVE], T.vec(0.0)) > T.f(0.0)
-        off = off | (mends & (ti.abs(error) > T.f(material.LINEAR_TOLERANCE)))
+        off = off | (mends & (magnitude(error, T) > T.f(material.LINEAR_TOLERANCE)))
         shift = ti.select(mends, error * T.f(-0.5), T.vec(0.0)) / length
         S[g, b1 + lay.X] = S[g, b1 + lay.X] + dx * shift
         S[g, b1 + lay.Y] = S[g, b1 + lay.Y] + dy * shift

@@ -19,7 +19,7 @@ from physics.model import (
     TOUCH,
     VELOCITY_X,
 )
-from physics.numerics import tanh
+from physics.numerics import magnitude, tanh
 
 _AREA_GAIN = 4.0  # an area reads 0.5 + 0.5 tanh(4 (ratio - 1))
 _SPEED_GAIN = 0.25  # a speed reads 0.5 + 0.5 tanh(speed / 4)
@@ -73,7 +73,7 @@ def area_ratio(S: ti.template(), g, block, T: ti.template()):
         y[k] = (S[g, o + lay.Y] - S[g, block + lay.Y]) + (s * ax + c * ay)
     # Half the cross product of the diagonals.
     cross = (x[2] - x[0]) * (y[3] - y[1]) - (x[3] - x[1]) * (y[2] - y[0])
-    return ti.abs(cross) * T.f(0.5 / material.VOXEL_SIDE**2)
+    return magnitude(cross, T) * T.f(0.5 / material.VOXEL_SIDE**2)
 
 
 @ti.func
@@ -111,7 +111,9 @@ def _own_velocity(S: ti.template(), g, block, c, s, along_x, T: ti.template()):
     for k in range(4):
         vx += S[g, block + k * lay.BODY_ITEMS + lay.VX]
         vy += S[g, block + k * lay.BODY_ITEMS + lay.VY]
-    speed = c * vx + s * vy if along_x else c * vy - s * vx
+    speed = c * vx + s * vy
+    if not along_x:
+        speed = c * vy - s * vx
     return speed * T.f(0.25 * _SPEED_GAIN)
 
 
@@ -127,14 +129,12 @@ def _average(
     slots = mi[row + RE_SLOTS]
     ring = m.rings + mi[row + RE_RING]
     table = m.interval_table + mi[row + RE_INTERVAL] * m.interval_steps
-    step = S[g, m.header + lay.H_STEP]
-    place = T.vec(0.0)
-    length = T.vec(0.0)
     for lane in range(T.lanes):
-        k = ti.cast(step[lane], ti.i32)
-        place[lane] = ti.cast(k % slots, T.f)
-        if k > 0:
-            length[lane] = ti.cast(mi[table + k - 1], T.f)
+        k = ti.cast(S[g, m.header + lay.H_STEP][lane], ti.i32)
+        S[g, m.header + lay.H_PLACE][lane] = ti.cast(k % slots, T.f)
+        S[g, m.header + lay.H_LENGTH][lane] = ti.cast(mi[table + k - 1], T.f) if k > 0 else T.f(0.0)
+    place = S[g, m.header + lay.H_PLACE]
+    length = S[g, m.header + lay.H_LENGTH]
     total = T.vec(0.0)
     zero = T.vec(0.0)
     for slot in range(slots):

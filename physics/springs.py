@@ -152,6 +152,6 @@ def _solve_one(
     vx[i] += px
     vy[i] += py
     w[i] += arm1 * change
-    vx[j] -= px
-    vy[j] -= py
-    w[j] -= arm2 * change
+    vx[j] = vx[j] - px
+    vy[j] = vy[j] - py
+    w[j] = w[j] - arm2 * change

@@ -3,6 +3,7 @@
 from physics import contacts, dynamics, ground, ropes, springs, welds
 from physics import layout as lay
 from physics.backend import ti
+from physics.numerics import any_lane, magnitude
 
 
 @ti.func
@@ -62,7 +63,7 @@ def _solve_positions(
         off = off | ropes.solve_positions(S, lists, g, m, live, T)
         off = off | welds.solve_positions(S, g, m, mi, live, T)
         live = ti.select(off, live, T.vec(0.0))
-        iteration = iteration + 1 if off.any() else m.position_iterations
+        iteration = iteration + 1 if any_lane(off, T) else m.position_iterations
 
 
 @ti.func
@@ -72,7 +73,7 @@ def _mark_failures(S: ti.template(), g, m: ti.template(), T: ti.template()):
     for v in range(m.voxels):
         for k in range(4):
             o = v * lay.VOXEL_ITEMS + k * lay.BODY_ITEMS
-            total += ti.abs(S[g, o + lay.X]) + ti.abs(S[g, o + lay.Y])
+            total += magnitude(S[g, o + lay.X], T) + magnitude(S[g, o + lay.Y], T)
     sound = total < T.f(1e9)
     o = m.header + lay.H_FAILED
     S[g, o] = ti.select(sound, S[g, o], T.vec(1.0))

@@ -15,6 +15,7 @@ from physics import material
 from physics.backend import ti
 from physics.dynamics import move
 from physics.model import I_WELD_ROW
+from physics.numerics import magnitude
 
 _ARM = material.SQUARE_SIDE  # [m]
 _RHO = _ARM / lay.GYRATION
@@ -25,13 +26,13 @@ _AA = (2 + _RHO**2) / _DET
 
 
 @ti.func
-def _axis(S: ti.template(), g, b2, above):
+def _axis(S: ti.template(), g, b2, above, T: ti.template()):
     """Unit vector from body 2 to the anchor: its x axis, or its y axis if body 1 lies above."""
     c, s = S[g, b2 + lay.COS], S[g, b2 + lay.SIN]
     ux = c
     uy = s
     if above != 0:
-        ux = -s
+        ux = T.f(0.0) - s
         uy = c
     return ux, uy
 
@@ -44,7 +45,7 @@ def prepare(S: ti.template(), g, m: ti.template(), mi: ti.template(), T: ti.temp
         b1 = mi[row]
         b2 = mi[row + 1]
         o = m.weld_block + lay.WELD_ITEMS * n
-        ux, uy = _axis(S, g, b2, mi[row + 2])
+        ux, uy = _axis(S, g, b2, mi[row + 2], T)
         S[g, o + lay.WE_UX] = ux
         S[g, o + lay.WE_UY] = uy
         px, py, pw = S[g, o + lay.WE_PX], S[g, o + lay.WE_PY], S[g, o + lay.WE_PW]
@@ -101,20 +102,20 @@ def solve_positions(
         row = m.weld_table + I_WELD_ROW * n
         b1 = mi[row]
         b2 = mi[row + 1]
-        ux, uy = _axis(S, g, b2, mi[row + 2])
+        ux, uy = _axis(S, g, b2, mi[row + 2], T)
         dx = (S[g, b1 + lay.X] - S[g, b2 + lay.X]) - T.f(_ARM) * ux
         dy = (S[g, b1 + lay.Y] - S[g, b2 + lay.Y]) - T.f(_ARM) * uy
         angle = S[g, b1 + lay.ANGLE] - S[g, b2 + lay.ANGLE]
         angle = ti.select(
             angle > half_turn,
             angle - whole_turn,
-            ti.select(angle < -half_turn, angle + whole_turn, angle),
+            ti.select(angle < half_turn - whole_turn, angle + whole_turn, angle),
         )
         off = off | (
             mask
             & (
                 (dx * dx + dy * dy > T.f(material.LINEAR_TOLERANCE**2))
-                | (ti.abs(angle) > T.f(material.ANGULAR_TOLERANCE))
+                | (magnitude(angle, T) > T.f(material.ANGULAR_TOLERANCE))
             )
         )
         error_u = dx * ux + dy * uy

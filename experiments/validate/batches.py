@@ -15,7 +15,7 @@ from physics import Simulator, Terrain
 __all__ = ["cases"]
 
 _SHAPE, _HILLS = "biped-4x3", 20
-_SECONDS = 10
+_SECONDS = 5
 _COMPANIES = ((7, 3, 1), (400, 211, 1), (400, 211, 2))  # worlds, our place among them, threads
 _EQUAL = Tolerance("at most", 0.0)
 

@@ -21,8 +21,7 @@ _PANEL = (5.0, 3.8)  # size [inch]
 
 
 def draw(pictures: Sequence[Picture], folder: Path) -> list[Path]:
-    """Writes every picture as a PNG file into the folder and returns their paths."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """Writes every picture as a PNG file into an existing folder; returns their paths."""
     return [_draw_one(picture, folder) for picture in pictures]
 
 

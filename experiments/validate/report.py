@@ -29,7 +29,7 @@ def verdict(row: Row | Skip) -> str:
 def show_rows(console: Console, rows: Sequence[Row | Skip]) -> None:
     """Prints the table of all figures."""
     table = Table(title="Recorded runs and ours", title_justify="left")
-    table.add_column("case", no_wrap=True)
+    table.add_column("case", overflow="fold")
     table.add_column("measure")
     for name in ("reference", "ours", "tolerance", "its own shift"):
         table.add_column(name, justify="right", no_wrap=True)
@@ -103,7 +103,6 @@ def write_json(
             for y in yardsticks
         ],
     }
-    path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 

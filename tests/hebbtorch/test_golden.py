@@ -6,16 +6,14 @@ interleaved; the last input is overwritten by 1.
 """
 
 import json
-from pathlib import Path
 
 import pytest
 import torch
 
 import hebbtorch
+from tests.reference import GOLDEN_NETWORKS
 
-GOLDEN = json.loads(
-    (Path(__file__).parents[1] / "reference" / "hebbian_golden.json").read_text(encoding="utf-8")
-)
+GOLDEN = json.loads(GOLDEN_NETWORKS.read_text(encoding="utf-8"))
 OUR_NAME = {"A": 0, "B": 2, "C": 1, "D": 3}  # our name -> their column
 
 

@@ -65,6 +65,21 @@ def test_a_robot_that_crosses_many_segments_follows_the_oracle():
     assert met["contacts"] > 10
 
 
+def test_a_robot_that_rolls_follows_the_oracle():
+    """It lands with a spin and turns over, so that squares touch with one side after another."""
+    sim = Simulator("box-2x2", FLAT, dtype=DOUBLE)
+    poses = at(sim, 50.0, 8.1)[0].numpy()
+    velocities = np.zeros_like(poses)
+    spin, speed = -6.0, 8.0
+    velocities[..., 0] = speed - spin * (poses[..., 1] - 8.1)
+    velocities[..., 1] = spin * (poses[..., 0] - 50.0)
+    velocities[..., 2] = spin
+    actuations = gaits(80, 1, 4, amplitude=0.5)
+    worst, met = beside_oracle("box-2x2", FLAT, 9.8, actuations, poses, velocities)
+    assert worst < 1e-10
+    assert met["contacts"] > 10
+
+
 @pytest.mark.parametrize(
     ("run", "shape"),
     [

@@ -1,0 +1,256 @@
+"""The Simulator's face: shapes, names, placement, time, and errors that say what to mend."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+
+from physics import Apparatus, Damage, Engine, Morphology, Sensor, Simulator, Terrain
+from tests.oracle.world import OracleWorld
+from tests.physics.worlds import DOUBLE, gaits
+
+FLAT = Terrain.from_name("flat")
+
+
+def small(**settings: Any) -> Simulator:
+    """Two robots of two voxels with low sensors."""
+    return Simulator("worm-2x1", FLAT, 2, sensors="low", **settings)
+
+
+# --- what can be seen ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
+def test_shapes_and_types(dtype):
+    sim = Simulator("biped-4x3", FLAT, 3, sensors="high", dtype=dtype)
+    assert (sim.n_worlds, sim.n_voxels, sim.n_readings) == (3, 10, 29)
+    seen = {
+        sim.reset(): (3, 29),
+        sim.step(torch.zeros(3, 10)): (3, 29),
+        sim.run(torch.zeros(4, 3, 10)): (3, 29),
+        sim.set_poses(sim.mass_poses(), sim.mass_velocities()): (3, 29),
+        sim.center_of_mass(): (3, 2),
+        sim.voxel_centers(): (3, 10, 2),
+        sim.area_ratios(): (3, 10),
+        sim.actuation(): (3, 10),
+        sim.mass_poses(): (3, 10, 4, 3),
+        sim.mass_velocities(): (3, 10, 4, 3),
+    }
+    for tensor, shape in seen.items():
+        assert (tuple(tensor.shape), tensor.dtype) == (shape, dtype)
+    for flags, shape in ((sim.touching(), (3, 10)), (sim.failed(), (3,))):
+        assert (tuple(flags.shape), flags.dtype) == (shape, torch.bool)
+    poses, velocities = sim.mass_poses(), sim.mass_velocities()
+    replayed = sim.replay(poses.expand(2, 3, 10, 4, 3), velocities.expand(2, 3, 10, 4, 3))
+    assert tuple(replayed.shape) == (2, 3, 29)
+
+
+def test_names_and_kinds_of_readings():
+    sim = Simulator("worm-7x1", FLAT, sensors="high")
+    assert len(sim.sensor_names) == len(sim.sensor_kinds) == sim.n_readings == 31
+    assert sim.sensor_names[:4] == ("v0_0_area", "v0_0_touch", "v0_0_vel_x", "v0_0_vel_y")
+    assert sim.sensor_names[-3:] == ("v6_0_lidar_0", "v6_0_lidar_1", "v6_0_lidar_2")
+    assert sim.sensor_kinds[:4] == ("area", "touch", "velocity", "velocity")
+    for sensors, readings in (("medium", 20), ("low", 8)):
+        assert Simulator("biped-4x3", None, sensors=sensors).n_readings == readings
+
+
+def test_without_sensors_there_are_no_readings():
+    sim = Simulator("worm-2x1", FLAT)
+    assert sim.sensor_names == ()
+    assert sim.reset() is None
+    assert sim.step(torch.zeros(1, 2)) is None
+    assert sim.run(torch.zeros(2, 1, 2)) is None
+    assert sim.set_poses(sim.mass_poses()) is None
+    assert sim.replay(sim.mass_poses()[None], sim.mass_velocities()[None]) is None
+
+
+@pytest.mark.parametrize("ground", ["flat", "hilly-3-30-0", "hilly-1-3-2", "uphill-20", None])
+def test_robots_are_born_where_the_reference_puts_them(ground):
+    terrain = Terrain.from_name(ground) if ground else None
+    sim = Simulator("biped-4x3", terrain, dtype=DOUBLE)
+    assert sim.mass_poses()[0].numpy() == pytest.approx(
+        OracleWorld("biped-4x3", terrain).poses(), abs=1e-12
+    )
+    assert (sim.mass_velocities() == 0).all()
+    assert sim.area_ratios().numpy() == pytest.approx(1.0, abs=1e-12)
+    assert not sim.touching().any()
+
+
+def test_centres_are_means_of_squares():
+    sim = Simulator("biped-4x3", FLAT, 2, dtype=DOUBLE)
+    sim.run(gaits(50, 2, 10))
+    centres = sim.mass_poses()[..., :2].mean(2)
+    assert sim.voxel_centers().numpy() == pytest.approx(centres.numpy(), abs=1e-12)
+    assert sim.center_of_mass().numpy() == pytest.approx(centres.mean(1).numpy(), abs=1e-12)
+
+
+def test_time_is_the_accumulated_clock():
+    sim = small()
+    assert sim.time == 0.0
+    sim.run(torch.zeros(1800, 2, 2))
+    assert sim.time < 30.0  # 1/60 does not add up: 30 s are 1801 steps
+    sim.step(torch.zeros(2, 2))
+    assert sim.time == sum([1 / 60] * 1801)
+    assert sim.times.tolist() == [sim.time] * 2
+
+
+def test_actuation_is_clipped_and_acts_in_its_own_step():
+    sim, clipped = small(), small()
+    start = sim.mass_poses()
+    sim.step(torch.tensor([[3.0, -7.0], [0.5, 0.0]]))
+    clipped.step(torch.tensor([[1.0, -1.0], [0.5, 0.0]]))
+    assert sim.actuation().tolist() == [[1.0, -1.0], [0.5, 0.0]]
+    assert torch.equal(sim.mass_poses(), clipped.mass_poses())
+    moved = (sim.mass_poses() - start)[..., 0].abs().amax((1, 2))
+    assert (moved > 1e-3).all()
+
+
+def test_poses_are_copies():
+    sim, other = small(), small()
+    for seen in (sim.mass_poses(), sim.mass_velocities(), sim.actuation(), sim.reset()):
+        seen.fill_(9.0)
+    assert torch.equal(sim.step(torch.ones(2, 2)), other.step(torch.ones(2, 2)))
+    assert torch.equal(sim.mass_poses(), other.mass_poses())
+
+
+@pytest.mark.parametrize("angle", [0.0, math.pi - 1e-6, math.pi + 1e-6])
+def test_poses_taken_can_be_set_again(angle):
+    """Also upside down, where angles told in [-pi, pi] jump by a whole turn."""
+    sim = Simulator("biped-4x3", None, gravity=0.0, dtype=DOUBLE)
+    poses = sim.mass_poses()
+    half = torch.tensor([-1.0, -1.0, 1.0]) if angle else torch.ones(3)
+    poses = poses * half
+    poses[..., 2] = angle + 1e-3 * torch.randn(1, 10, 4, generator=torch.Generator().manual_seed(0))
+    other = Simulator("biped-4x3", None, gravity=0.0, dtype=DOUBLE)
+    sim.set_poses(poses)
+    other.set_poses(sim.mass_poses())
+    for _ in range(5):
+        sim.step(torch.zeros(1, 10))
+        other.step(torch.zeros(1, 10))
+    difference = sim.mass_poses() - other.mass_poses()
+    assert difference[..., :2].abs().max() < 1e-9
+    assert (sim.mass_poses() - poses)[..., :2].abs().max() < 0.01
+
+
+def test_a_shape_may_be_drawn():
+    drawn = Simulator([[1, 1, 1, 1], [1, 1, 1, 1], [1, 0, 0, 1]], FLAT, dtype=DOUBLE)
+    named = Simulator(Morphology.from_name("biped-4x3"), FLAT, dtype=DOUBLE)
+    actuations = gaits(20, 1, 10)
+    for sim in (drawn, named):
+        sim.run(actuations)
+    assert torch.equal(drawn.mass_poses(), named.mass_poses())
+
+
+def test_gravity_points_down():
+    heights = []
+    for gravity in (0.0, 1.6, 9.8, -1.0):
+        sim = Simulator("box-1x1", None, gravity=gravity, dtype=DOUBLE)
+        sim.run(torch.zeros(60, 1, 1))
+        heights.append(sim.center_of_mass()[0, 1].item())
+    assert heights[0] == 0.0
+    assert heights[3] > 0.0
+    assert np.array(heights[1:]) / heights[2] == pytest.approx([1.6 / 9.8, 1.0, -1.0 / 9.8])
+
+
+# --- errors -------------------------------------------------------------------------------------
+
+ONE = Apparatus(((Sensor("area"),),))
+BAD_SETTINGS = [
+    ({"shape": "bipod-4x3"}, "shape: expected one of .* got 'bipod-4x3'"),
+    ({"shape": [[1, 0, 1]]}, "shape: expected voxels joined"),
+    ({"shape": None}, "shape: expected a 2-D 0/1 array"),
+    ({"terrain": "flat"}, "terrain: expected physics.Terrain, got 'flat'; build one with"),
+    ({"terrain": 5.0}, "terrain: expected physics.Terrain, got 5.0"),
+    ({"terrain": [FLAT] * 3}, "terrain: expected one Terrain, a list of 2 or None, got 3"),
+    ({"terrain": [FLAT, None]}, "terrain: expected physics.Terrain, got None"),
+    ({"n_worlds": 0}, "n_worlds: expected an integer >= 1, got 0"),
+    ({"n_worlds": 2.0}, "n_worlds: expected an integer >= 1, got 2.0"),
+    ({"sensors": "most"}, "sensors: expected one of low, medium, high, got 'most'"),
+    ({"sensors": ONE}, "sensors: expected one tuple for each of the 2 voxels"),
+    ({"noise": -0.1}, "noise: expected a finite number >= 0, got -0.1"),
+    ({"noise": "much"}, "noise: expected a finite number >= 0, got 'much'"),
+    ({"gravity": math.nan}, "gravity: expected a finite number, got nan"),
+    ({"gravity": None}, "gravity: expected a finite number, got None"),
+    ({"dtype": torch.float16}, "dtype: expected torch.float32 or torch.float64, got torch.float16"),
+    ({"dtype": "float32"}, "dtype: expected torch.float32 or torch.float64, got float32"),
+    ({"device": "cuda"}, "device: expected \"cpu\", got 'cuda'"),
+    ({"device": "gpu"}, "device: expected \"cpu\", got 'gpu'"),
+    ({"device": None}, 'device: expected "cpu", got None'),
+    ({"seed": -1}, "seed: expected integers >= 0, got -1"),
+    ({"seed": 1.5}, "seed: expected integers >= 0, got 1.5"),
+    ({"seed": "one"}, "seed: expected integers >= 0, got 'o'"),
+    ({"seed": None}, "seed: expected integers >= 0, got None"),
+    ({"seed": [1, 2, 3]}, "seed: expected one integer or 2 of them, got 3"),
+    ({"seed": [1, -2]}, "seed: expected integers >= 0, got -2"),
+    ({"threads": 0}, "threads: expected an integer >= 1, got 0"),
+    ({"threads": 1.5}, "threads: expected an integer >= 1, got 1.5"),
+    ({"lanes": 0}, "lanes: expected an integer >= 1, got 0"),
+    ({"lanes": "8"}, "lanes: expected an integer >= 1, got '8'"),
+    ({"lifetime": -1.0}, "lifetime: expected a finite number >= 0, got -1.0"),
+    ({"lifetime": [1.0]}, "lifetime: expected one or 2 numbers"),
+    ({"lifetime": math.inf}, "lifetime: expected a finite number >= 0, got inf"),
+    ({"damage": "half"}, "damage: expected physics.Damage or None, got 'half'"),
+    ({"engine": {"friction": 1.0}}, "engine: expected physics.Engine or None"),
+]
+
+
+@pytest.mark.parametrize(("setting", "message"), BAD_SETTINGS)
+def test_bad_settings_are_told(setting, message):
+    good = {"shape": "worm-2x1", "terrain": FLAT, "n_worlds": 2}
+    with pytest.raises(ValueError, match=message):
+        Simulator(**{**good, **setting})
+
+
+BAD_CALLS = [
+    ("step", [torch.zeros(2, 3)], r"actuation: .*worlds=2, voxels=2.* got shape \(2, 3\)"),
+    ("step", [torch.zeros(2)], r"actuation: .*worlds=2, voxels=2.* got shape \(2,\)"),
+    ("step", [[[0.0, 0.0]] * 2], "actuation: expected a tensor .* got list"),
+    ("step", [torch.tensor([[0.0, math.nan]] * 2)], "actuation: expected finite numbers"),
+    ("step", [torch.tensor([[math.inf, 0.0]] * 2)], "actuation: expected finite numbers"),
+    ("run", [torch.zeros(2, 2)], r"actuations: .*steps, worlds=2, voxels=2.* got shape \(2, 2\)"),
+    ("run", [torch.zeros(5, 2, 1)], r"actuations: .* got shape \(5, 2, 1\)"),
+    ("run", [np.zeros((5, 2, 2))], "actuations: expected a tensor .* got ndarray"),
+    ("reset", [torch.zeros(3, dtype=torch.bool)], r"worlds: .*worlds=2.* got shape \(3,\)"),
+    ("reset", [torch.zeros(2)], "worlds: expected a bool mask, got torch.float32"),
+    ("reset", [[True, False]], "worlds: expected a tensor .* got list"),
+    ("set_poses", [torch.zeros(2, 2, 4, 2)], r"poses: .* got shape \(2, 2, 4, 2\)"),
+    ("set_poses", [torch.zeros(2, 2, 4, 3), torch.zeros(3)], r"velocities: .* got shape \(3,\)"),
+    ("replay", [torch.zeros(2, 2, 4, 3), torch.zeros(2, 2, 4, 3)], "poses: .*steps, worlds=2"),
+    ("replay", [torch.zeros(3, 2, 2, 4, 3), torch.zeros(2, 2, 2, 4, 3)], "velocities: .*steps=3"),
+]
+
+
+@pytest.mark.parametrize(("call", "arguments", "message"), BAD_CALLS)
+def test_bad_arguments_are_told_and_change_nothing(call, arguments, message):
+    sim = small()
+    before, time = sim.mass_poses(), sim.time
+    with pytest.raises(ValueError, match=message):
+        getattr(sim, call)(*arguments)
+    assert torch.equal(sim.mass_poses(), before)
+    assert sim.time == time
+
+
+@pytest.mark.parametrize(
+    ("setting", "message"),
+    [
+        ({"friction": -0.1}, "friction: expected a finite number >= 0, got -0.1"),
+        ({"damping": math.nan}, "damping: expected a finite number >= 0, got nan"),
+        ({"velocity_iterations": 0}, "velocity_iterations: expected an integer >= 1, got 0"),
+        ({"position_iterations": 1.5}, "position_iterations: expected an integer >= 1, got 1.5"),
+    ],
+)
+def test_bad_settings_of_the_engine_are_told(setting, message):
+    with pytest.raises(ValueError, match=message):
+        Engine(**setting)
+
+
+def test_integers_of_other_kinds_will_do():
+    seeds = (np.int64(3), 3)
+    sims = [small(seed=seed, noise=0.1, lifetime=np.float32(1.0)) for seed in seeds]
+    assert torch.equal(*[sim.reset() for sim in sims])
+    assert small(damage=Damage()).step(torch.zeros(2, 2, dtype=torch.int64)).shape == (2, 2)
