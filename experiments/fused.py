@@ -169,9 +169,9 @@ def pack(
         ValueError: the networks do not fit the worlds.
     """
     _check_fit(sim, network, state)
-    learns = isinstance(network, hebbtorch.HebbianMLP)
-    normalize = learns and network.layers[0].normalize == "l2"
-    header = [len(network.sizes) - 1, _stride(network), learns and plastic, normalize]
+    layers = list(network.layers) if isinstance(network, hebbtorch.HebbianMLP) else []
+    normalize = bool(layers) and layers[0].normalize == "l2"
+    header = [len(network.sizes) - 1, _stride(network), bool(layers) and plastic, normalize]
     header += network.sizes
     rows = [
         torch.tensor(header, dtype=sim.dtype).expand(sim.n_worlds, -1),
@@ -179,8 +179,8 @@ def pack(
     ]
     for index, weights in enumerate(state.weights):
         parts = [weights]
-        if learns:
-            layer = network.layers[index]
+        if layers:
+            layer = layers[index]
             parts += [layer.learning_rate() * c for c in layer.coefficients()]
         synapses = torch.stack([part.detach().expand(weights.shape) for part in parts], -1)
         rows.append(synapses.reshape(sim.n_worlds, -1).to(sim.dtype))

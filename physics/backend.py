@@ -30,7 +30,7 @@ import torch
 
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
 
-import taichi as ti  # noqa: E402
+import taichi as ti
 
 LANES = 8  # worlds per group
 # A CPU range-for of Taichi is never split below this many iterations, so a loop over chunks runs

@@ -100,22 +100,27 @@ class Layout:
 
     @property
     def header(self) -> int:
+        """First item of the header."""
         return self.voxels * VOXEL_ITEMS
 
     @property
     def weld_block(self) -> int:
+        """First item of the welds."""
         return self.header + HEADER_ITEMS
 
     @property
     def window(self) -> int:
+        """First item of the terrain window."""
         return self.weld_block + self.welds * WELD_ITEMS
 
     @property
     def rings(self) -> int:
+        """First item of the sensors' rings."""
         return self.window + self.segments * SEGMENT_ITEMS
 
     @property
     def reading_block(self) -> int:
+        """First reading."""
         return self.rings + self.ring_items
 
     @property

@@ -131,7 +131,9 @@ def build(
     """The model of a robot.
 
     Args:
-        morphology, apparatus, engine: robot, sensors, solver settings.
+        morphology: the robot's shape.
+        apparatus: its sensors.
+        engine: settings of the solver.
         gravity: downward acceleration [m/s^2].
         noise: standard deviation of the readings' noise, in units of the sensor's range.
         segments: terrain segments that the window of a group holds; 0 without ground.
