@@ -44,8 +44,6 @@ def prepare(
     """Directions, arms and biases for this step; applies the impulses of the last one."""
     for v in range(m.voxels):
         block = v * lay.VOXEL_ITEMS
-        actuation = S[g, block + lay.ACTUATION]
-        contracts = actuation >= T.f(0.0)
         for k in range(_COUNT):
             row = F_SPRINGS + F_SPRING_ROW * k
             b1 = block + mi[I_SPRINGS + I_SPRING_ROW * k]
@@ -59,23 +57,26 @@ def prepare(
             r2y = s2 * mf[row + FS_X2] + c2 * mf[row + FS_Y2]
             dx = (S[g, b1 + lay.X] - S[g, b2 + lay.X]) + (r1x - r2x)
             dy = (S[g, b1 + lay.Y] - S[g, b2 + lay.Y]) + (r1y - r2y)
-            length = ti.sqrt(dx * dx + dy * dy)
-            inverse = T.f(1.0) / length
-            nx = dx * inverse
-            ny = dy * inverse
-            arm1 = (r1x * ny - r1y * nx) * T.f(1 / lay.GYRATION)
-            arm2 = (r2x * ny - r2y * nx) * T.f(1 / lay.GYRATION)
-            # K in units of the inverse mass of a square.
-            k_inverse = T.f(2.0) + arm1 * arm1 + arm2 * arm2
-            inverse_scale = ti.sqrt(T.f(1 + SOFTNESS) * k_inverse)
-            scale = T.f(1.0) / inverse_scale
-            slope = ti.select(contracts, T.vec(mf[row + FS_SHRINK]), T.vec(mf[row + FS_GROW]))
+            cross1 = (r1x * dy - r1y * dx) * T.f(1 / lay.GYRATION)
+            cross2 = (r2x * dy - r2y * dx) * T.f(1 / lay.GYRATION)
+            squared = dx * dx + dy * dy
+            length = ti.sqrt(squared)
+            # m = 1 / (K + gamma) = l^2 / q, with K in units of a square's inverse mass. All
+            # quotients follow from one division: scale = sqrt(m), and scale / l.
+            q = T.f(1 + SOFTNESS) * (T.f(2.0) * squared + cross1 * cross1 + cross2 * cross2)
+            inverse = T.f(1.0) / (ti.sqrt(q) * length)
+            scale = squared * inverse
+            per_length = length * inverse
+            nx = dx * per_length
+            ny = dy * per_length
+            arm1 = cross1 * per_length
+            arm2 = cross2 * per_length
+            actuation = S[g, block + lay.ACTUATION]
+            slope = ti.select(
+                actuation >= T.f(0.0), T.vec(mf[row + FS_SHRINK]), T.vec(mf[row + FS_GROW])
+            )
             rest = mf[row + FS_REST] - slope * actuation
-            nx = nx * scale
-            ny = ny * scale
-            arm1 = arm1 * scale
-            arm2 = arm2 * scale
-            impulse = S[g, o + lay.SP_IMPULSE] * S[g, o + lay.SP_SCALE] * inverse_scale
+            impulse = S[g, o + lay.SP_IMPULSE] * S[g, o + lay.SP_SCALE] * (q * inverse)
             S[g, o + lay.SP_NX] = nx
             S[g, o + lay.SP_NY] = ny
             S[g, o + lay.SP_ARM1] = arm1
