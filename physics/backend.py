@@ -3,8 +3,7 @@
 Taichi 1.7.4 is the last release of its line, so the rest of the package uses a small subset
 of the language through the names exported here, and the backend stays replaceable.
 
-Worlds are simulated in groups of ``LANES``: every quantity of a group is one vector with a
-lane per world. Kernels are strict IEEE (``fast_math=False``): a world's result depends neither
+Worlds are simulated in groups: every quantity of a group is one vector with a lane per world. Kernels are strict IEEE (``fast_math=False``): a world's result depends neither
 on its lane nor on its neighbours.
 
 ``real_matrix_scalarize=False`` keeps these vectors whole down to LLVM's own vector types. Measured
@@ -32,7 +31,7 @@ os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
 
 import taichi as ti
 
-LANES = 8  # worlds per group
+_NARROW, _WIDE = 8, 16  # worlds per group
 # A CPU range-for of Taichi is never split below this many iterations, so a loop over chunks runs
 # as ``for q in range(GRAIN * chunks): if q % GRAIN == 0: ...  # chunk q // GRAIN``.
 GRAIN = 512
@@ -92,7 +91,7 @@ class Real:
         return ti.types.ndarray(dtype=self.f, ndim=ndim)
 
 
-def real(dtype: torch.dtype, lanes: int = LANES) -> Real:
+def real(dtype: torch.dtype, lanes: int = _NARROW) -> Real:
     """The Real of a torch dtype.
 
     Raises:
@@ -112,13 +111,24 @@ def integers(ndim: int) -> Any:
     return ti.types.ndarray(dtype=ti.i32, ndim=ndim)
 
 
-def chunks(groups: int, threads: int | None) -> int:
-    """Into how many chunks a parallel loop over groups is cut: one per thread that runs.
+def lanes_for(n_worlds: int, dtype: torch.dtype, threads: int | None) -> int:
+    """The fastest number of worlds per group; results do not depend on it.
 
-    Raises:
-        ValueError: threads is not at least 1.
+    Sixteen float32 worlds fill the widest vectors and run 1.4 times as fast as twice eight, if
+    they leave every thread a group of its own; in float64 eight already fill them.
     """
-    available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    if threads is not None and threads < 1:
-        raise ValueError(f"threads: expected at least 1, got {threads}; use None for all cores")
-    return max(1, min(groups, threads or available or 1))
+    groups = -(-n_worlds // _WIDE)
+    wide = dtype == torch.float32 and n_worlds > _NARROW and groups >= _available(threads)
+    return _WIDE if wide else _NARROW
+
+
+def chunks(groups: int, threads: int | None) -> int:
+    """Into how many chunks a parallel loop over groups is cut: one per thread that runs."""
+    return max(1, min(groups, _available(threads)))
+
+
+def _available(threads: int | None) -> int:
+    """Threads that may run: as many as asked for, or as this process has cores."""
+    if threads is not None:
+        return threads
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

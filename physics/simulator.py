@@ -46,7 +46,7 @@ class Simulator:
         lifetime: float | Sequence[float] | None = None,
         engine: Engine | None = None,
         threads: int | None = None,
-        lanes: int = backend.LANES,
+        lanes: int | None = None,
     ) -> None:
         """Builds the worlds and places the robots.
 
@@ -65,7 +65,7 @@ class Simulator:
             lifetime: [s], one for all or N of them; a world that reaches it stands still.
             engine: settings of the solver.
             threads: at most so many; None: all cores.
-            lanes: worlds per vector; 1 gives the scalar program, for checks.
+            lanes: worlds per vector; None: the fastest; 1 gives the scalar program, for checks.
 
         Raises:
             ValueError: an argument is not one of these; the message names it.
@@ -80,7 +80,6 @@ class Simulator:
         self.dtype = dtype
         self.device = setup.device(device)
         self.damage = setup.instance("damage", damage, Damage)
-        self.lanes = setup.positive_integer("lanes", lanes)
         self._noise = setup.finite("noise", noise, 0.0)
         self._gravity = setup.finite("gravity", gravity)
         self._engine = setup.instance("engine", engine, Engine) or Engine()
@@ -89,6 +88,9 @@ class Simulator:
         self._terrains = setup.terrain_list(terrain, self.n_worlds)
         if threads is not None:
             setup.positive_integer("threads", threads)
+        if lanes is None:
+            lanes = backend.lanes_for(self.n_worlds, dtype, threads)
+        self.lanes = setup.positive_integer("lanes", lanes)
         self._kernels = rollout.kernels(dtype, lanes)
         groups = -(-self.n_worlds // lanes)
         self._segments, profiles = setup.pack_terrains(

@@ -55,7 +55,14 @@ def test_a_world_alone_equals_the_same_world_in_a_batch(size):
 def test_threads_and_lanes_change_no_bit():
     worlds = list(range(19))
     results = []
-    for settings in ({"threads": 1}, {"threads": 2}, {"threads": 16}, {"lanes": 1}):
+    for settings in (
+        {"threads": 1},
+        {"threads": 2},
+        {"threads": 16},
+        {"lanes": 1},
+        {"lanes": 8},
+        {"lanes": 16},
+    ):
         sim = batch(worlds, **settings)
         results.append((sim.run(actuations(worlds)), state(sim)))
     for readings, states in results[1:]:
