@@ -30,7 +30,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("command", ["", "evolve ", "evaluate ", "render "])
+@pytest.mark.parametrize("command", ["", "evolve ", "evaluate ", "render ", "validate "])
 def test_help(
     command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
