@@ -5,9 +5,14 @@ Commands import what they need when they run, so that --help answers at once.
 
 from __future__ import annotations
 
+import contextlib
+import functools
+import io
+import re
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import tyro
 from tyro.extras import SubcommandApp
@@ -19,10 +24,23 @@ __all__ = ["main"]
 _SYSTEM_ERROR, _USAGE_ERROR, _INTERRUPTED = 1, 2, 130
 
 app = SubcommandApp()
+
+
+def _command(function: Callable[..., None]) -> Callable[..., None]:
+    """Registers a command: the arguments are read first, and it runs when all of them are."""
+
+    @functools.wraps(function)
+    def read(*args: Any, **kwargs: Any) -> Any:
+        return functools.partial(function, *args, **kwargs)
+
+    app.command(read)
+    return function
+
+
 _Folder = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
 
 
-@app.command
+@_command
 def evolve(
     config: Annotated[EvolveConfig, tyro.conf.arg(name="")],
     out: Path | None = None,
@@ -49,7 +67,7 @@ def evolve(
     evolution.resume(resume)
 
 
-@app.command
+@_command
 def evaluate(
     folder: _Folder,
     terrains: int = 10,
@@ -81,7 +99,7 @@ def evaluate(
     )
 
 
-@app.command
+@_command
 def render(
     folder: _Folder,
     run: int = 0,
@@ -107,7 +125,7 @@ def render(
         print(f"wrote {path}")
 
 
-@app.command
+@_command
 def validate(
     reference: Path | None = None,
     json: Path | None = None,
@@ -128,10 +146,35 @@ def validate(
     sys.exit(run_validation(reference, json, out, seed=seed))
 
 
+@_command
+def bench(
+    json: Path | None = None,
+    out: Path | None = None,
+    quick: bool = False,
+    profile: bool = False,
+    seed: int = 0,
+    threads: int | None = None,
+) -> None:
+    """Measure how fast everything runs here, and compare it with recorded baselines.
+
+    Args:
+        json: File for the table in JSON.
+        out: Folder for the table in JSON and in Markdown; by default it is only printed.
+        quick: Measure less, in half a minute; by default it takes some two minutes.
+        profile: Tell where the time of a robot-step goes, too.
+        seed: Decides gaits, genomes and terrains.
+        threads: Of the evolution; all cores if not given. All else is measured on one.
+    """
+    from experiments.bench import bench as run_bench
+
+    _one_thread()
+    run_bench(json, out, quick=quick, profile=profile, seed=seed, threads=threads)
+
+
 def main() -> None:
     """Run the command that sys.argv names. A user's mistake is one line and exit code 2."""
     try:
-        app.cli(prog="hebbtorch", description="Evolve soft robots whose brains learn for life.")
+        _read_arguments()()
     except ValueError as error:
         print(f"hebbtorch: {error}", file=sys.stderr)
         sys.exit(_USAGE_ERROR)
@@ -140,6 +183,28 @@ def main() -> None:
         sys.exit(_SYSTEM_ERROR)
     except KeyboardInterrupt:
         sys.exit(_INTERRUPTED)
+
+
+def _read_arguments() -> Callable[[], None]:
+    """What the command line asks for. tyro's framed complaints become one line."""
+    complaint = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(complaint):
+            command: Callable[[], None] = app.cli(
+                prog="hebbtorch", description="Evolve soft robots whose brains learn for life."
+            )
+    except SystemExit as stop:
+        if stop.code and complaint.getvalue():
+            raise ValueError(_unframed(complaint.getvalue())) from None
+        raise
+    return command
+
+
+def _unframed(box: str) -> str:
+    """The words of a box: without its title, and a semicolon for the line across."""
+    inside = " ".join(line for line in box.splitlines() if not line.startswith(("╭", "╰")))
+    words = re.sub("[─-╿]", " ", re.sub("─{3,}", "; ", inside))
+    return re.sub(r"\.? +; +", "; ", " ".join(words.split()))
 
 
 def _one_thread() -> None:

@@ -19,6 +19,7 @@ from torch import Tensor
 from experiments import controller, seeds
 from experiments.champion import Champions
 from experiments.config import EvolveConfig, fresh_terrain
+from experiments.episode import driver
 from experiments.evaluate import world
 from physics import Apparatus, Terrain, movie, render
 from physics.clock import steps_in
@@ -133,20 +134,18 @@ def record(
     network = controller.build(config, 1)
     network.set_genomes(genome[None].cpu())
     state = controller.birth(network, config.init, [seeds.derive(0, "unseen-init", seed)])
-    frames = []
+    frames: list[render.Frame] = []
     with torch.inference_mode():
+        drive = driver(sim, network, state, config.loop)
         sim.reset()
-        actuation = torch.zeros(1, sim.n_voxels, dtype=sim.dtype)
-        for step in range(1, last + 1):
-            readings = sim.step(actuation)
-            assert readings is not None  # a run without sensors cannot be configured
+        drive.run(sim, first - 1)
+        for _ in range(first, last + 1):
+            drive.run(sim, 1)
             if sim.failed()[0]:
                 break
-            if step >= first:
-                poses = sim.mass_poses()[0].double().numpy()
-                rays = lidar_rays(poses, readings[0].double().numpy(), sim.apparatus)
-                frames.append(render.Frame(poses, sim.time, rays=rays))
-            actuation, state = network(readings, state)
+            poses = sim.mass_poses()[0].double().numpy()
+            rays = lidar_rays(poses, sim.readings()[0].double().numpy(), sim.apparatus)
+            frames.append(render.Frame(poses, sim.time, rays=rays))
     if len(frames) < 2:
         raise ValueError(
             f"start: expected a time before the simulation of this robot fails, got "

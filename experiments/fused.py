@@ -112,8 +112,8 @@ def _scale_row(brain: ti.template(), g, row, n_in, squares, T: ti.template()):
 
 
 @lru_cache
-def _kernel(dtype: torch.dtype, lanes: int) -> Any:
-    return rollout.closed_loop(dtype, lanes, _think)
+def _kernel(dtype: torch.dtype, lanes: int, self_collision: bool) -> Any:
+    return rollout.closed_loop(dtype, lanes, self_collision, _think)
 
 
 @dataclass(frozen=True)
@@ -132,7 +132,7 @@ class Brain:
 
     def run(self, sim: Simulator, steps: int) -> None:
         """Lets the worlds of ``sim`` live for some control steps."""
-        sim.run_closed_loop(_kernel(sim.dtype, sim.lanes), self.items, steps)
+        sim.run_closed_loop(_kernel(sim.dtype, sim.lanes, sim.self_collision), self.items, steps)
 
     def state(self) -> hebbtorch.State:
         """The weights as they are now."""

@@ -28,7 +28,7 @@ def measure(
         "fitness/median": row.median,
         "fitness/mean": row.mean,
         "fitness/q75": row.q75,
-        "genome/spread": genomes.std(0).mean().item(),
+        "genome/spread": _spread(genomes),
         "genome/mean_size": genomes.abs().mean().item(),
         "plasticity/mean_weight": sum(layer.sum(1).mean().item() for layer in synapses)
         / n_synapses,
@@ -37,3 +37,12 @@ def measure(
         "time/generation": seconds,
         "time/evaluations_per_second": len(genomes) / seconds,
     }
+
+
+def _spread(genomes: Tensor) -> float:
+    """Mean over the genes of their standard deviation in the population (n - 1).
+
+    ``Tensor.std`` along the first dimension takes fifteen times as long.
+    """
+    deviations = genomes - genomes.mean(0)
+    return (deviations.square().sum(0) / (len(genomes) - 1)).sqrt().mean().item()

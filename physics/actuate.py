@@ -5,18 +5,24 @@ from physics import noise
 from physics.backend import ti
 from physics.numerics import any_lane, limited
 
-REST, FROZEN, RANDOM = range(3)
+REST, FROZEN, RANDOM, BLIND = range(4)  # damage.MODES
+
+
+@ti.func
+def broken(S: ti.template(), g, m: ti.template(), block, T: ti.template()):
+    """The lanes in which the voxel at this offset is broken by now."""
+    step = S[g, m.header + lay.H_STEP]
+    return (step >= S[g, block + lay.BREAKS]) & (step < S[g, block + lay.MENDS])
 
 
 @ti.func
 def command(S: ti.template(), g, m: ti.template(), voxel, value, T: ti.template()):
-    """Sets the actuation of a voxel for the next step, unless the voxel is broken by now."""
+    """Sets the actuation of a voxel for the next step, unless damage keeps it from obeying."""
     block = voxel * lay.VOXEL_ITEMS
     one = T.vec(1.0)
     clipped = limited(value, one, T)
-    step = S[g, m.header + lay.H_STEP]
-    broken = (step >= S[g, block + lay.BREAKS]) & (step < S[g, block + lay.MENDS])
-    if any_lane(broken, T):
+    fails = broken(S, g, m, block, T)
+    if m.damage_mode != BLIND and any_lane(fails, T):
         stuck = T.vec(0.0)
         if m.damage_mode == FROZEN:
             stuck = S[g, block + lay.ACTUATION]
@@ -25,5 +31,5 @@ def command(S: ti.template(), g, m: ti.template(), voxel, value, T: ti.template(
                 bits = noise.bits(noise.key(S, g, m, lane), noise.ACTUATION, voxel)
                 S[g, block + lay.COMMAND][lane] = ti.cast(noise.uniform(bits), T.f)
             stuck = S[g, block + lay.COMMAND] * T.f(2.0) - one
-        clipped = ti.select(broken, stuck, clipped)
+        clipped = ti.select(fails, stuck, clipped)
     S[g, block + lay.ACTUATION] = clipped

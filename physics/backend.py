@@ -3,8 +3,9 @@
 Taichi 1.7.4 is the last release of its line, so the rest of the package uses a small subset
 of the language through the names exported here, and the backend stays replaceable.
 
-Worlds are simulated in groups: every quantity of a group is one vector with a lane per world. Kernels are strict IEEE (``fast_math=False``): a world's result depends neither
-on its lane nor on its neighbours.
+Worlds are simulated in groups: every quantity of a group is one vector with a lane per world.
+Kernels are strict IEEE (``fast_math=False``): a world's result depends neither on its lane nor on
+its neighbours.
 
 ``real_matrix_scalarize=False`` keeps these vectors whole down to LLVM's own vector types. Measured
 against the default, which takes them apart and leaves it to LLVM to find them again: 2.3 times
@@ -73,12 +74,14 @@ class Real:
         vec: one value per lane.
         lanes: worlds per group.
         double: whether f is float64.
+        self_collision: whether the kernel lets squares of a robot collide with each other.
     """
 
     f: Any
     vec: Any
     lanes: int
     double: bool
+    self_collision: bool
 
     @property
     def array(self) -> Any:
@@ -91,7 +94,7 @@ class Real:
         return ti.types.ndarray(dtype=self.f, ndim=ndim)
 
 
-def real(dtype: torch.dtype, lanes: int = _NARROW) -> Real:
+def real(dtype: torch.dtype, lanes: int = _NARROW, self_collision: bool = False) -> Real:
     """The Real of a torch dtype.
 
     Raises:
@@ -103,7 +106,7 @@ def real(dtype: torch.dtype, lanes: int = _NARROW) -> Real:
         )
     double = dtype == torch.float64
     f = ti.f64 if double else ti.f32
-    return Real(f, ti.types.vector(lanes, f), lanes, double)
+    return Real(f, ti.types.vector(lanes, f), lanes, double, self_collision)
 
 
 def integers(ndim: int) -> Any:

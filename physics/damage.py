@@ -1,35 +1,41 @@
-"""Damage: from some time on, some voxels no longer obey the controller (paper, Sec. IV-B)."""
+"""Damage: from some time on, some voxels no longer work (paper, Sec. IV-B)."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 __all__ = ["Damage"]
 
-MODES = ("rest", "frozen", "random")
+MODES = ("rest", "frozen", "random", "blind")
 _STREAM = 0xDA3A6E  # keeps these draws apart from other uses of a world's seed
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Damage:
     """When, how likely and how voxels break.
 
     Attributes:
-        probability: of each voxel to break, independently.
+        probability: of each voxel to break, independently; unused if there is a mask.
         time: when it happens [s].
         mode: what a broken voxel does. "rest" (the paper's text): its springs are at rest length
             and external forces alone shape it. "frozen" (the reference simulator): it keeps the
-            actuation it had. "random": it takes a random actuation at every step.
-        until: when broken voxels obey again [s].
+            actuation it had. "random": it takes a random actuation at every step. "blind": it
+            obeys, but its sensors read 0, without noise.
+        until: when broken voxels work again [s].
+        mask: which voxels break instead of a random choice: bools of shape (V,), the same in every
+            world, or (N, V); a tensor, array or list. Kept as a read-only array.
     """
 
     probability: float = 0.5
     time: float = 30.0
     mode: str = "rest"
     until: float = math.inf
+    mask: Any = None
 
     def __post_init__(self) -> None:
         if not 0 <= self.probability <= 1:
@@ -40,6 +46,8 @@ class Damage:
             raise ValueError(f"damage: expected until > time = {self.time} s, got {self.until!r}")
         if self.mode not in MODES:
             raise ValueError(f"damage: expected mode in {', '.join(MODES)}, got {self.mode!r}")
+        if self.mask is not None:
+            object.__setattr__(self, "mask", _bools(self.mask))
 
     @classmethod
     def from_name(cls, name: str) -> Damage | None:
@@ -68,3 +76,38 @@ class Damage:
         if seed < 0:
             raise ValueError(f"damage: expected a seed >= 0, got {seed!r}")
         return np.random.default_rng((_STREAM, seed)).random(n_voxels) < self.probability
+
+    def broken(self, seeds: Sequence[int], n_voxels: int) -> np.ndarray:
+        """Which voxels of a batch of worlds break: those of the mask, or as the seeds say.
+
+        Args:
+            seeds: one per world.
+            n_voxels: V.
+
+        Returns:
+            True where broken, shape (N, V), bool.
+
+        Raises:
+            ValueError: if the mask is not for N worlds or V voxels, or a seed is negative.
+        """
+        shape = (len(seeds), n_voxels)
+        if self.mask is None:
+            return np.stack([self.sample(seed, n_voxels) for seed in seeds])
+        if self.mask.shape not in (shape, shape[1:]):
+            raise ValueError(
+                f"damage: expected a mask of shape (voxels={n_voxels},) or "
+                f"(worlds={len(seeds)}, voxels={n_voxels}), got {self.mask.shape}"
+            )
+        return np.broadcast_to(self.mask, shape)
+
+
+def _bools(mask: Any) -> np.ndarray:
+    """The mask as a read-only array of its own."""
+    try:
+        table = np.asarray(mask).copy()
+    except ValueError:  # rows of different lengths
+        table = np.array(None)
+    if table.dtype != bool:
+        raise ValueError(f"damage: expected a mask of bools, got {mask!r}")
+    table.setflags(write=False)
+    return table

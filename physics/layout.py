@@ -3,6 +3,7 @@
 The state of a group is one row of items, each item a vector with a lane per world:
 
     V voxel blocks (VOXEL_ITEMS each) | header | welds | terrain window | rings | readings
+    | meetings | meetings of the last step | bounds of voxels     (with self-collision)
 
 Inside a voxel block all offsets are constants; a body (one of the four squares of a voxel) is
 addressed by the offset of its first item. Velocities are stored so that the mass matrix is the
@@ -55,6 +56,23 @@ POINT_ITEMS = 13
 PAIR_ITEMS = PA_POINTS + 2 * POINT_ITEMS
 PAIRS_PER_BODY = 2  # even and odd terrain segments
 
+# A meeting: two squares of the robot that overlap, with up to two points. KEY names the edges (0:
+# no contact). A point: depth [m] (negative: none), effective masses and impulses (normal,
+# tangential), target velocity of the bounce, impulse of the position stage; for each body the arm
+# in its frame [m] and the lever arms / GYRATION along normal and tangent.
+ME_NX, ME_NY, ME_KEY = range(3)
+ME_POINTS = 3
+MP_DEPTH, MP_MN, MP_MT, MP_JN, MP_JT, MP_TARGET, MP_JP = range(7)
+MP_ARMS = 7
+AR_X, AR_Y, AR_N, AR_T = range(4)
+ARM_ITEMS = 4
+MEETING_POINT_ITEMS = MP_ARMS + 2 * ARM_ITEMS
+MEETING_ITEMS = ME_POINTS + 2 * MEETING_POINT_ITEMS
+MEETING_ENTRY = 3  # its integers: number of the pair, offsets of its bodies
+MEMORY_ITEMS = 5  # of a meeting of the last step: key, two impulses per point
+BOUND_ITEMS = 4  # of a voxel: least x and y, greatest x and y of its squares' centres
+MEETINGS_PER_VOXEL = 2  # that a world can hold
+
 # A voxel block.
 BODIES = 0
 SPRINGS = BODIES + 4 * BODY_ITEMS
@@ -80,8 +98,8 @@ WELD_ITEMS = 5
 SE_X, SE_Y, SE_TX, SE_TY, SE_LENGTH = range(5)
 SEGMENT_ITEMS = 5
 
-# The integer row of a group: two counters, then lists.
-L_CONTACTS, L_ROPES, L_LISTS = range(3)
+# The integer row of a group: three counters, then lists.
+L_CONTACTS, L_ROPES, L_MEETINGS, L_LISTS = range(4)
 
 
 @dataclass(frozen=True)
@@ -90,6 +108,7 @@ class Layout:
 
     Attributes:
         voxels, welds, segments, ring_items, readings: sizes the offsets follow from.
+        meetings: of squares of the robot with each other that a group can hold.
     """
 
     voxels: int
@@ -97,6 +116,7 @@ class Layout:
     segments: int
     ring_items: int
     readings: int
+    meetings: int
 
     @property
     def header(self) -> int:
@@ -124,9 +144,24 @@ class Layout:
         return self.rings + self.ring_items
 
     @property
+    def meeting_block(self) -> int:
+        """First item of the meetings."""
+        return self.reading_block + self.readings
+
+    @property
+    def meeting_memory(self) -> int:
+        """First item of what is kept of the last step's meetings."""
+        return self.meeting_block + self.meetings * MEETING_ITEMS
+
+    @property
+    def meeting_bounds(self) -> int:
+        """First item of the bounds of voxels."""
+        return self.meeting_memory + self.meetings * MEMORY_ITEMS
+
+    @property
     def items(self) -> int:
         """Items of a whole group."""
-        return self.reading_block + self.readings
+        return self.meeting_bounds + (self.voxels * BOUND_ITEMS if self.meetings else 0)
 
     @property
     def contact_list(self) -> int:
@@ -144,9 +179,19 @@ class Layout:
         return self.contact_list_new + 2 * 4 * PAIRS_PER_BODY * self.voxels
 
     @property
+    def meeting_list(self) -> int:
+        """Meetings, MEETING_ENTRY integers each."""
+        return self.rope_list + 3 * len(material.ROPES) * self.voxels
+
+    @property
+    def meeting_list_old(self) -> int:
+        """Numbers of the meetings of the last step, and one place that may be read in vain."""
+        return self.meeting_list + MEETING_ENTRY * self.meetings
+
+    @property
     def list_items(self) -> int:
         """Integers of a whole group."""
-        return self.rope_list + 3 * len(material.ROPES) * self.voxels
+        return self.meeting_list_old + self.meetings + 1
 
 
 def body_offset(body: int) -> int:

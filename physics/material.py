@@ -25,7 +25,8 @@ SQUARE_INERTIA = SQUARE_MASS * SQUARE_SIDE**2 / 6  # 0.0864 kg m^2
 DAMPING = 0.1  # linear and angular velocity damping [1/s]
 
 FRICTION = math.sqrt(10.0 * 0.2)  # square on ground: sqrt(f1 f2)
-RESTITUTION = 0.1  # square on ground: max(r1, r2)
+SELF_FRICTION = 10.0  # square on square of one robot
+RESTITUTION = 0.1  # of both: max(r1, r2)
 
 SPRING_FREQUENCY = 8.0  # [Hz]
 SPRING_DAMPING_RATIO = 0.3

@@ -1,11 +1,12 @@
 """What stays fixed while a batch of worlds is simulated, as tables for the kernels."""
 
+import itertools
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from physics import clock, material, setup
+from physics import clock, damage, material, setup
 from physics import layout as lay
 from physics.apparatus import Apparatus
 from physics.backend import ti
@@ -22,6 +23,7 @@ class Engine:
         damping: linear and angular velocity damping [1/s].
         velocity_iterations, position_iterations: of the sequential-impulse solver, per step.
         ropes: whether squares of a voxel are kept from passing through each other.
+        self_collision: whether squares of the robot that no joint ties keep out of each other.
     """
 
     friction: float = material.FRICTION
@@ -29,6 +31,7 @@ class Engine:
     velocity_iterations: int = material.VELOCITY_ITERATIONS
     position_iterations: int = material.POSITION_ITERATIONS
     ropes: bool = True
+    self_collision: bool = False
 
     def __post_init__(self) -> None:
         for name in ("friction", "damping"):
@@ -67,6 +70,14 @@ _SIZES = (
     "reading_table",
     "interval_table",
     "interval_steps",
+    "meeting_block",
+    "meeting_memory",
+    "meeting_bounds",
+    "meeting_list",
+    "meeting_list_old",
+    "meeting_limit",
+    "pair_table",
+    "voxel_pairs",
 )
 Sizes = ti.types.struct(**dict.fromkeys(_SIZES, ti.i32))
 
@@ -76,6 +87,10 @@ I_ROPES = I_SPRINGS + I_SPRING_ROW * len(material.SPRINGS)
 I_ROPE_ROW = 2
 I_WELDS = I_ROPES + I_ROPE_ROW * len(material.ROPES)
 I_WELD_ROW = 3  # items of body 1 and of body 2; 1 where body 1 lies above body 2, else 0
+
+# A row of voxels that may collide: numbers of both; bit 4 i + j is set where square i of the first
+# is welded to square j of the second.
+PAIR_ROW = 3
 
 # A reading row: kind, voxel block, slots of its ring (0: no average), ring, interval number, ray.
 RE_KIND, RE_VOXEL, RE_SLOTS, RE_RING, RE_INTERVAL, RE_RAY = range(6)
@@ -87,8 +102,6 @@ _KINDS = {
     "velocity": (VELOCITY_X, VELOCITY_Y),
     "lidar": (RAY,),
 }
-
-DAMAGE_MODES = ("rest", "frozen", "random")
 
 
 @ti.func
@@ -127,6 +140,7 @@ def build(
     segments: int,
     damage_mode: str,
     max_steps: int,
+    lanes: int,
 ) -> Model:
     """The model of a robot.
 
@@ -137,22 +151,27 @@ def build(
         gravity: downward acceleration [m/s^2].
         noise: standard deviation of the readings' noise, in units of the sensor's range.
         segments: terrain segments that the window of a group holds; 0 without ground.
-        damage_mode: one of DAMAGE_MODES.
+        damage_mode: one of damage.MODES.
         max_steps: steps that a world may live.
+        lanes: worlds per group.
     """
     reading_rows, rays, intervals, ring_items = _readings(apparatus)
+    pairs = _voxel_pairs(morphology) if engine.self_collision else []
+    limit = lay.MEETINGS_PER_VOXEL * morphology.n_voxels
     layout = Layout(
         voxels=morphology.n_voxels,
         welds=len(morphology.welds),
         segments=segments,
         ring_items=ring_items,
         readings=apparatus.n_readings,
+        meetings=lanes * limit if pairs else 0,
     )
     springs = [(s.square1 * lay.BODY_ITEMS, s.square2 * lay.BODY_ITEMS) for s in material.SPRINGS]
     ropes = [(a * lay.BODY_ITEMS, b * lay.BODY_ITEMS) for a, b in material.ROPES]
     welds = [_weld_row(morphology, *pair) for pair in morphology.welds]
     reading_table = I_WELDS + I_WELD_ROW * len(welds)
-    interval_table = reading_table + READING_ROW * len(reading_rows)
+    pair_table = reading_table + READING_ROW * len(reading_rows)
+    interval_table = pair_table + PAIR_ROW * len(pairs)
     sizes = {
         "voxels": layout.voxels,
         "welds": layout.welds,
@@ -169,13 +188,21 @@ def build(
         "velocity_iterations": engine.velocity_iterations,
         "position_iterations": engine.position_iterations,
         "ropes": int(engine.ropes),
-        "damage_mode": DAMAGE_MODES.index(damage_mode),
+        "damage_mode": damage.MODES.index(damage_mode),
         "weld_table": I_WELDS,
         "reading_table": reading_table,
         "interval_table": interval_table,
         "interval_steps": max_steps,
+        "meeting_block": layout.meeting_block,
+        "meeting_memory": layout.meeting_memory,
+        "meeting_bounds": layout.meeting_bounds,
+        "meeting_list": layout.meeting_list,
+        "meeting_list_old": layout.meeting_list_old,
+        "meeting_limit": limit,
+        "pair_table": pair_table,
+        "voxel_pairs": len(pairs),
     }
-    rows = [*springs, *ropes, *welds, *reading_rows]
+    rows = [*springs, *ropes, *welds, *reading_rows, *pairs]
     windows = [clock.window_lengths(max_steps, interval) for interval in intervals]
     integers = np.concatenate(
         [[sizes[name] for name in _SIZES], *rows, *windows], dtype=np.int32, casting="unsafe"
@@ -217,6 +244,17 @@ def _weld_row(morphology: Morphology, body1: int, body2: int) -> tuple[int, int,
     """Items of the two bodies, and whether body 1 lies above (1) or right of (0) body 2."""
     (x1, y1), (x2, y2) = morphology.cells[body1 // 4], morphology.cells[body2 // 4]
     return lay.body_offset(body1), lay.body_offset(body2), int((x1, y1) == (x2, y2 + 1))
+
+
+def _voxel_pairs(morphology: Morphology) -> list[tuple[int, int, int]]:
+    """The rows of voxels that may collide: any two, for squares meet where a robot folds."""
+    welded: dict[tuple[int, int], int] = {}
+    for weld in morphology.welds:
+        first, second = sorted(weld)
+        pair = (first // 4, second // 4)
+        welded[pair] = welded.get(pair, 0) | 1 << 4 * (first % 4) + second % 4
+    pairs = itertools.combinations(range(morphology.n_voxels), 2)
+    return [(a, b, welded.get((a, b), 0)) for a, b in pairs]
 
 
 def _readings(

@@ -11,7 +11,7 @@ from typing import Any
 
 import torch
 
-from physics import actuate, backend, ground
+from physics import actuate, backend, ground, meetings
 from physics import layout as lay
 from physics.backend import ti
 from physics.model import load_sizes
@@ -46,11 +46,11 @@ def _take_commands(
 
 
 @lru_cache
-def kernels(dtype: torch.dtype, lanes: int) -> SimpleNamespace:
+def kernels(dtype: torch.dtype, lanes: int, self_collision: bool) -> SimpleNamespace:
     """The kernels that need no controller: ``look`` (contacts and readings of the present
     poses) and ``play`` (steps under given actuations)."""
     backend.start()
-    T = backend.real(dtype, lanes)
+    T = backend.real(dtype, lanes, self_collision)
 
     @ti.kernel
     def look(
@@ -65,6 +65,8 @@ def kernels(dtype: torch.dtype, lanes: int) -> SimpleNamespace:
             m = load_sizes(mi)
             ground.update_window(S, terrain, g, m, mf, T)
             ground.detect(S, lists, g, m, T)
+            if ti.static(T.self_collision):
+                meetings.detect(S, lists, g, m, mi, T)
             sense(S, g, m, mi, mf, T)
             _publish(S, g, m, readings, T)
 
@@ -93,12 +95,15 @@ def kernels(dtype: torch.dtype, lanes: int) -> SimpleNamespace:
     return SimpleNamespace(look=look, play=play)
 
 
-def closed_loop(dtype: torch.dtype, lanes: int, controller: Callable[..., Any]) -> Any:
+def closed_loop(
+    dtype: torch.dtype, lanes: int, self_collision: bool, controller: Callable[..., Any]
+) -> Any:
     """A kernel that runs whole stretches of life with the controller inside.
 
     Args:
         dtype: of the simulation, float32 or float64.
         lanes: worlds per group.
+        self_collision: whether squares of the robot collide; without, their code is left out.
         controller: a Taichi function ``(S, brain, g, m, T)`` that reads the readings from
             ``S[g, m.reading_block + r]`` and calls ``physics.actuate.command`` for every voxel;
             ``brain`` is a tensor (groups, items, lanes) of its own.
@@ -107,7 +112,7 @@ def closed_loop(dtype: torch.dtype, lanes: int, controller: Callable[..., Any]) 
         ``kernel(S, lists, terrain, mi, mf, brain, steps, chunks)``.
     """
     backend.start()
-    T = backend.real(dtype, lanes)
+    T = backend.real(dtype, lanes, self_collision)
 
     @ti.kernel
     def live(

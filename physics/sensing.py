@@ -2,6 +2,7 @@
 
 from physics import layout as lay
 from physics import material, noise
+from physics.actuate import BLIND, broken
 from physics.backend import ti
 from physics.model import (
     AREA,
@@ -56,6 +57,11 @@ def sense(
         S[g, m.reading_block + r] = value
     if mf[F_NOISE] > T.f(0.0):
         noise.add_to_readings(S, g, m, mf[F_NOISE], T)
+    if m.damage_mode == BLIND:
+        for r in range(m.readings):
+            o = m.reading_block + r
+            block = mi[m.reading_table + READING_ROW * r + RE_VOXEL]
+            S[g, o] = ti.select(broken(S, g, m, block, T), T.vec(0.0), S[g, o])
 
 
 @ti.func

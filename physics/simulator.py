@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
 import torch
 from torch import Tensor
 
@@ -91,7 +90,8 @@ class Simulator:
         if lanes is None:
             lanes = backend.lanes_for(self.n_worlds, dtype, threads)
         self.lanes = setup.positive_integer("lanes", lanes)
-        self._kernels = rollout.kernels(dtype, lanes)
+        self.self_collision = self._engine.self_collision and self.n_voxels > 1
+        self._kernels = rollout.kernels(dtype, lanes, self.self_collision)
         groups = -(-self.n_worlds // lanes)
         self._segments, profiles = setup.pack_terrains(
             self._terrains, self._extent(), groups * lanes
@@ -233,6 +233,11 @@ class Simulator:
         """The actuation in force, (N, V)."""
         return self._state.worlds(self._state.voxels(lay.ACTUATION)[:, :, 0])
 
+    def readings(self) -> Tensor:
+        """What the sensors read last, (N, R), noise included."""
+        first = self._state.layout.reading_block
+        return self._state.worlds(self._state.items[:, first : first + self.n_readings])
+
     def failed(self) -> Tensor:
         """Worlds that became non-finite and were stopped, (N,) bool."""
         return self._state.worlds(self._state.header(lay.H_FAILED)) > 0
@@ -306,6 +311,7 @@ class Simulator:
             self._segments,
             self.damage.mode if self.damage else "rest",
             max_steps,
+            self.lanes,
         )
         self._integers = torch.from_numpy(self._model.integers).to(self.device)
         self._numbers = torch.from_numpy(self._model.numbers).to(self.device, self.dtype)
@@ -319,8 +325,8 @@ class Simulator:
         """Writes when each voxel breaks and mends, if there is damage."""
         if self.damage is None:
             return
-        broken = [self.damage.sample(int(seed), self.n_voxels) for seed in self._seeds]
-        mask = state.lanes_of(torch.from_numpy(np.stack(broken))) > 0
+        broken = self.damage.broken(self._seeds.tolist(), self.n_voxels)
+        mask = state.lanes_of(torch.tensor(broken)) > 0
         start = float(clock.steps_in(self.damage.time))
         end = self.damage.until
         stop = st.ENDLESS if math.isinf(end) else float(clock.steps_in(end))

@@ -1,6 +1,6 @@
 """One step of the engine, stage by stage (REFERENCE: one step of the engine)."""
 
-from physics import contacts, dynamics, ground, ropes, springs, welds
+from physics import contacts, dynamics, ground, meetings, ropes, self_contacts, springs, welds
 from physics import layout as lay
 from physics.backend import ti
 from physics.numerics import any_lane, magnitude
@@ -18,9 +18,13 @@ def engine_step(
     T: ti.template(),
 ):
     """Moves a group of worlds by DT with the actuation in force."""
-    _count_step(S, g, m, T)
+    count_step(S, g, m, T)
     dynamics.integrate_velocities(S, g, m, mf, T)
+    if ti.static(T.self_collision):
+        self_contacts.prepare(S, lists, g, m, T)
     contacts.prepare(S, lists, g, m, T)
+    if ti.static(T.self_collision):
+        self_contacts.warm_start(S, lists, g, m, T)
     springs.prepare(S, g, m, mi, mf, T)
     ropes.prepare(S, lists, g, m, mi, T)
     welds.prepare(S, g, m, mi, T)
@@ -28,16 +32,20 @@ def engine_step(
         springs.solve_velocities(S, g, m, T)
         ropes.solve_velocities(S, lists, g, m, T)
         welds.solve_velocities(S, g, m, mi, T)
+        if ti.static(T.self_collision):
+            self_contacts.solve_velocities(S, lists, g, m, T)
         contacts.solve_velocities(S, lists, g, m, mf, T)
     dynamics.integrate_positions(S, g, m, T)
-    _solve_positions(S, lists, g, m, mi, T)
+    solve_positions(S, lists, g, m, mi, T)
     ground.update_window(S, terrain, g, m, mf, T)
     ground.detect(S, lists, g, m, T)
-    _mark_failures(S, g, m, T)
+    if ti.static(T.self_collision):
+        meetings.detect(S, lists, g, m, mi, T)
+    mark_failures(S, g, m, T)
 
 
 @ti.func
-def _count_step(S: ti.template(), g, m: ti.template(), T: ti.template()):
+def count_step(S: ti.template(), g, m: ti.template(), T: ti.template()):
     """A world lives until its last step is done or it has failed."""
     h = m.header
     lives = (S[g, h + lay.H_STEP] < S[g, h + lay.H_LIFE]) & (S[g, h + lay.H_FAILED] == T.f(0.0))
@@ -47,7 +55,7 @@ def _count_step(S: ti.template(), g, m: ti.template(), T: ti.template()):
 
 
 @ti.func
-def _solve_positions(
+def solve_positions(
     S: ti.template(),
     lists: ti.template(),
     g,
@@ -60,6 +68,8 @@ def _solve_positions(
     iteration = 0
     while iteration < m.position_iterations:
         off = contacts.solve_positions(S, lists, g, m, live, T)
+        if ti.static(T.self_collision):
+            off = off | self_contacts.solve_positions(S, lists, g, m, live, T)
         off = off | ropes.solve_positions(S, lists, g, m, live, T)
         off = off | welds.solve_positions(S, g, m, mi, live, T)
         live = ti.select(off, live, T.vec(0.0))
@@ -67,7 +77,7 @@ def _solve_positions(
 
 
 @ti.func
-def _mark_failures(S: ti.template(), g, m: ti.template(), T: ti.template()):
+def mark_failures(S: ti.template(), g, m: ti.template(), T: ti.template()):
     """A world fails when a position is no longer a finite number of reasonable size."""
     total = T.vec(0.0)
     for v in range(m.voxels):

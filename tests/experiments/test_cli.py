@@ -134,3 +134,14 @@ def test_render_writes_pictures(
     out = tmp_path / "pictures"
     assert run(f"render {finished} --run 1 --out {out}", monkeypatch) == 0
     assert {path.suffix for path in out.iterdir()} == {".png", ".gif", ".mp4"}
+
+
+@pytest.mark.parametrize(
+    "arguments", ["evolve --sensors ultra", "evolve --bogus 3", "evaluate", ""]
+)
+def test_a_complaint_about_the_arguments_is_one_line(arguments, monkeypatch, capsys):
+    assert run(arguments, monkeypatch) == 2
+    complaint = capsys.readouterr().err
+    assert complaint.startswith("hebbtorch: ")
+    assert complaint.count("\n") == 1
+    assert "--help" in complaint

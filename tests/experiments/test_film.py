@@ -42,7 +42,7 @@ def test_recorded_life_is_the_one_of_the_reassessment(seed, damage):
     config = dataclasses.replace(CONFIG, damage=damage, noise=0.05, init="uniform")
     recording = record(config, genome(), seed=seed, start=0.0, seconds=1.0)
     speed = reassess(config, genome()[None], [seed]).item()
-    assert recording.speed == pytest.approx(speed, abs=1e-4)
+    assert recording.speed == pytest.approx(speed, abs=5e-6)  # the centre is a float32 mean
     assert recording.terrain.name == f"hilly-3-30-{seed}"
     assert len(recording.frames) == steps_in(1.0)
 

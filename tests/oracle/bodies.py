@@ -44,6 +44,11 @@ class Square:
         c, s = math.cos(self.angle), math.sin(self.angle)
         return (c * anchor[0] - s * anchor[1], s * anchor[0] + c * anchor[1])
 
+    def in_frame(self, r: Vector) -> Vector:
+        """The inverse of ``arm``."""
+        c, s = math.cos(self.angle), math.sin(self.angle)
+        return (c * r[0] + s * r[1], -s * r[0] + c * r[1])
+
     def point(self, anchor: Vector) -> Vector:
         """The same point in the world."""
         r = self.arm(anchor)

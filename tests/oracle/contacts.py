@@ -1,101 +1,172 @@
-"""Contacts of squares with the ground: finding the points, and solving them one by one."""
+"""Contacts of squares with the ground and with each other: finding the points, solving them."""
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Sequence
 
 from physics import material
 from physics.terrain import Terrain
 from tests.oracle.bodies import Square, Vector, clamp, dot, inverse_mass_along, minus
 
-Identity = tuple[int, int, int, int]  # body, segment, incident edge, index of the clipped point
+GROUND = Square(0.0, 0.0, mass=math.inf, inertia=math.inf)  # impulses do not move it
+TOUCHING = 1e-12  # squares that share a corner at the start do so up to rounding errors [m]
+# Numbers of the bodies (-1: the ground), of body 1's edge or segment, of the edge of body 2, and
+# of the clipped point.
+Identity = tuple[int, int, int, int, int]
 
 
 class Point:
-    """One point of a square against one segment of the ground."""
+    """One point of contact; the normal points from body 1 to body 2."""
 
     def __init__(
-        self, body: Square, place: Vector, normal: Vector, depth: float, identity: Identity
+        self,
+        body1: Square,
+        body2: Square,
+        place: Vector,
+        normal: Vector,
+        depth: float,
+        friction: float,
+        identity: Identity,
     ) -> None:
-        self.body, self.place, self.depth, self.identity = body, place, depth, identity
+        self.body1, self.body2 = body1, body2
+        self.depth, self.friction, self.identity = depth, friction, identity
         self.n = normal
         self.t = (normal[1], -normal[0])
-        self.r = minus(place, (body.x, body.y))
-        c, s = math.cos(body.angle), math.sin(body.angle)
-        self.anchor = (c * self.r[0] + s * self.r[1], -s * self.r[0] + c * self.r[1])
+        self.r1, self.r2 = minus(place, (body1.x, body1.y)), minus(place, (body2.x, body2.y))
+        self.anchor1, self.anchor2 = body1.in_frame(self.r1), body2.in_frame(self.r2)
         self.jn = self.jt = 0.0  # accumulated impulses, kept from step to step
         self.jp = 0.0  # of the position stage, of one step
 
+    def speed(self, direction: Vector) -> float:
+        """Of body 2 against body 1 at the point."""
+        v1, v2 = self.body1.velocity_at(self.r1), self.body2.velocity_at(self.r2)
+        return dot(direction, minus(v2, v1))
+
+    def inverse_mass(self, direction: Vector) -> float:
+        return inverse_mass_along(direction, self.body1, self.r1) + inverse_mass_along(
+            direction, self.body2, self.r2
+        )
+
+    def push(self, impulse: float, direction: Vector) -> None:
+        x, y = impulse * direction[0], impulse * direction[1]
+        self.body1.push((-x, -y), self.r1)
+        self.body2.push((x, y), self.r2)
+
     def prepare(self) -> None:
-        self.Kn = inverse_mass_along(self.n, self.body, self.r)
-        self.Kt = inverse_mass_along(self.t, self.body, self.r)
-        approach = -dot(self.n, self.body.velocity_at(self.r))
+        self.Kn, self.Kt = self.inverse_mass(self.n), self.inverse_mass(self.t)
+        approach = -self.speed(self.n)
         bounces = approach > material.RESTITUTION_SPEED
         self.target = material.RESTITUTION * approach if bounces else 0.0
         self.jp = 0.0
 
     def warm_start(self) -> None:
-        self.body.push((self.jn * self.n[0], self.jn * self.n[1]), self.r)
-        self.body.push((self.jt * self.t[0], self.jt * self.t[1]), self.r)
+        self.push(self.jn, self.n)
+        self.push(self.jt, self.t)
 
     def solve_friction(self) -> None:
-        change = -dot(self.t, self.body.velocity_at(self.r)) / self.Kt
-        limit = material.FRICTION * self.jn
-        total = clamp(self.jt + change, -limit, limit)
+        limit = self.friction * self.jn
+        total = clamp(self.jt - self.speed(self.t) / self.Kt, -limit, limit)
         change, self.jt = total - self.jt, total
-        self.body.push((change * self.t[0], change * self.t[1]), self.r)
+        self.push(change, self.t)
 
     def solve_normal(self) -> None:
-        speed = dot(self.n, self.body.velocity_at(self.r))
-        total = max(self.jn - (speed - self.target) / self.Kn, 0.0)
+        total = max(self.jn - (self.speed(self.n) - self.target) / self.Kn, 0.0)
         change, self.jn = total - self.jn, total
-        self.body.push((change * self.n[0], change * self.n[1]), self.r)
+        self.push(change, self.n)
 
     def solve_position(self) -> float:
         """Mend a share of the penetration; return the separation found (negative inside)."""
-        r = self.body.arm(self.anchor)
-        moved = dot(self.n, minus(self.body.point(self.anchor), self.place))
-        separation = moved - self.depth
+        r1, r2 = self.body1.arm(self.anchor1), self.body2.arm(self.anchor2)
+        gap = minus(self.body2.point(self.anchor2), self.body1.point(self.anchor1))
+        separation = dot(self.n, gap) - self.depth
         correction = material.BAUMGARTE * clamp(
             separation + material.LINEAR_TOLERANCE, -material.MAX_CORRECTION, 0.0
         )
-        total = max(self.jp - correction / inverse_mass_along(self.n, self.body, r), 0.0)
+        inverse_mass = inverse_mass_along(self.n, self.body1, r1)
+        inverse_mass += inverse_mass_along(self.n, self.body2, r2)
+        total = max(self.jp - correction / inverse_mass, 0.0)
         change, self.jp = total - self.jp, total
-        self.body.shift((change * self.n[0], change * self.n[1]), r)
+        self.body1.shift((-change * self.n[0], -change * self.n[1]), r1)
+        self.body2.shift((change * self.n[0], change * self.n[1]), r2)
         return separation
 
 
-Contact = list[Point]  # of one body with one segment: 1 or 2 points
+Contact = list[Point]  # of two bodies, or of one with one segment: 1 or 2 points
 
 
-def find_contacts(bodies: list[Square], terrain: Terrain, before: list[Contact]) -> list[Contact]:
-    """Contacts in the order of bodies, then of segments; known points keep their impulses."""
+def find_contacts(
+    bodies: list[Square],
+    terrain: Terrain | None,
+    may_meet: Sequence[tuple[int, int]],
+    before: list[Contact],
+) -> list[Contact]:
+    """Contacts of these pairs of bodies, then of the ground by bodies and segments; known points
+    keep their impulses."""
+    contacts = [_between(bodies, a, b) for a, b in may_meet]
+    if terrain is not None:
+        places = [(float(x), float(y)) for x, y in zip(terrain.xs, terrain.ys, strict=True)]
+        for b, body in enumerate(bodies):
+            contacts += _on_ground(b, body, places)
     known = {point.identity: point for contact in before for point in contact}
-    contacts = []
-    for b, body in enumerate(bodies):
-        xs = [x for x, _ in body.corners()]
-        for s in range(len(terrain.xs) - 1):
-            if max(xs) < terrain.xs[s] or min(xs) > terrain.xs[s + 1]:
-                continue
-            contact = _against_segment(b, body, s, terrain)
-            for point in contact:
-                if point.identity in known:
-                    old = known[point.identity]
-                    point.jn, point.jt = old.jn, old.jt
-            if contact:
-                contacts.append(contact)
-    return contacts
+    for point in itertools.chain(*contacts):
+        if point.identity in known:
+            old = known[point.identity]
+            point.jn, point.jt = old.jn, old.jt
+    return [contact for contact in contacts if contact]
 
 
-def _against_segment(b: int, body: Square, s: int, terrain: Terrain) -> Contact:
-    start = (float(terrain.xs[s]), float(terrain.ys[s]))
-    end = (float(terrain.xs[s + 1]), float(terrain.ys[s + 1]))
+def _on_ground(b: int, body: Square, places: list[Vector]) -> list[Contact]:
+    """Contacts of a body with the segments between these places, from left to right."""
+    xs = [x for x, _ in body.corners()]
+    return [
+        _against_edge(GROUND, body, places[s], places[s + 1], material.FRICTION, (-1, b, s))
+        for s in range(len(places) - 1)
+        if max(xs) >= places[s][0] and min(xs) <= places[s + 1][0]
+    ]
+
+
+def _between(bodies: list[Square], a: int, b: int) -> Contact:
+    """Contact of two squares across the edge of least penetration (separating axes)."""
+    apart = math.dist((bodies[a].x, bodies[a].y), (bodies[b].x, bodies[b].y))
+    if apart > math.sqrt(2) * material.SQUARE_SIDE:
+        return []
+    least, reference = math.inf, (a, b, 0)
+    for one, other in ((a, b), (b, a)):
+        corners = bodies[one].corners()
+        for e in range(4):
+            start, end = corners[e], corners[(e + 1) % 4]
+            along = minus(end, start)
+            normal = (along[1] / material.SQUARE_SIDE, -along[0] / material.SQUARE_SIDE)
+            depth = -min(dot(normal, minus(c, start)) for c in bodies[other].corners())
+            if depth <= TOUCHING:
+                return []
+            if depth < least:
+                least, reference = depth, (one, other, e)
+    one, other, e = reference
+    corners = bodies[one].corners()
+    end, start = corners[e], corners[(e + 1) % 4]  # outwards is on the left of start -> end
+    return _against_edge(
+        bodies[one], bodies[other], start, end, material.SELF_FRICTION, (one, other, e)
+    )
+
+
+def _against_edge(
+    body1: Square,
+    body2: Square,
+    start: Vector,
+    end: Vector,
+    friction: float,
+    numbers: tuple[int, int, int],
+) -> Contact:
+    """Where body 2 is in an edge of body 1 or of the ground; outwards is on its left."""
     length = math.hypot(*minus(end, start))
     tangent = ((end[0] - start[0]) / length, (end[1] - start[1]) / length)
-    normal = (-tangent[1], tangent[0])  # upwards: x grows along the segment
+    normal = (-tangent[1], tangent[0])
 
-    # The incident edge is the one that faces the ground the most.
-    corners = body.corners()
+    # The incident edge is the one of body 2 that faces the reference edge the most.
+    corners = body2.corners()
     edges = [(corners[e], corners[(e + 1) % 4]) for e in range(4)]
 
     def facing(edge: tuple[Vector, Vector]) -> float:
@@ -108,7 +179,8 @@ def _against_segment(b: int, body: Square, s: int, terrain: Terrain) -> Contact:
     for i, place in enumerate(clipped):
         depth = -dot(normal, minus(place, start))
         if depth >= 0:
-            contact.append(Point(body, place, normal, depth, (b, s, e, i)))
+            identity = (*numbers, e, i)
+            contact.append(Point(body1, body2, place, normal, depth, friction, identity))
     return contact
 
 

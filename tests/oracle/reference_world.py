@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from tests.oracle.bodies import cross, dot
+from tests.oracle.bodies import cross
 from tests.oracle.contacts import Contact, Point
 from tests.oracle.world import OracleWorld
 
@@ -22,13 +22,13 @@ class ReferenceWorld(OracleWorld):
         if len(contact) < 2:
             return super().solve_normals(contact)
         p, q = contact
-        body = p.body
-        k_pq = 1 / body.mass + cross(p.r, p.n) * cross(q.r, q.n) / body.inertia
+        ends = ((p.body1, p.r1, q.r1), (p.body2, p.r2, q.r2))
+        k_pq = sum(1 / b.mass + cross(r, p.n) * cross(s, q.n) / b.inertia for b, r, s in ends)
         det = p.Kn * q.Kn - k_pq * k_pq
         if p.Kn * p.Kn >= WORST_CONDITION * det:  # as good as one point: the deeper one
             return super().solve_normals([max(contact, key=lambda point: point.depth)])
         # Find accumulated impulses x >= 0 with K x + b >= 0 and x (K x + b) = 0.
-        speeds = [dot(point.n, body.velocity_at(point.r)) - point.target for point in contact]
+        speeds = [point.speed(point.n) - point.target for point in contact]
         b_p = speeds[0] - (p.Kn * p.jn + k_pq * q.jn)
         b_q = speeds[1] - (k_pq * p.jn + q.Kn * q.jn)
         candidates = (
@@ -40,14 +40,14 @@ class ReferenceWorld(OracleWorld):
         totals = next((c[:2] for c in candidates if min(c) >= 0), (p.jn, q.jn))
         for point, total in zip(contact, totals, strict=True):
             change, point.jn = total - point.jn, total
-            body.push((change * point.n[0], change * point.n[1]), point.r)
+            point.push(change, point.n)
         return None
 
     def solve_depth(self, point: Point) -> float:
-        body = point.body
-        x, y, angle = body.x, body.y, body.angle
+        before = [(b.x, b.y, b.angle) for b in (point.body1, point.body2)]
         separation = point.solve_position()
-        dx, dy, turn = body.x - x, body.y - y, body.angle - angle
-        c, s = math.cos(turn), math.sin(turn)
-        body.x, body.y = x + c * dx - s * dy, y + s * dx + c * dy
+        for body, (x, y, angle) in zip((point.body1, point.body2), before, strict=True):
+            dx, dy, turn = body.x - x, body.y - y, body.angle - angle
+            c, s = math.cos(turn), math.sin(turn)
+            body.x, body.y = x + c * dx - s * dy, y + s * dx + c * dy
         return separation

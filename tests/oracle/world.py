@@ -2,12 +2,12 @@
 
 It is written from the description of the engine alone and shares with the fast solver only
 the constants of the material, the shape and the terrain. What it leaves out, like the fast
-solver: collisions of a robot with itself, continuous collision detection, and the details of
-contacts that ReferenceWorld adds.
+solver: continuous collision detection, and the details of contacts that ReferenceWorld adds.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -18,7 +18,7 @@ from physics import material
 from physics.morphology import Morphology
 from physics.terrain import Terrain
 from tests.oracle.bodies import Square, Vector
-from tests.oracle.contacts import Contact, Point, find_contacts
+from tests.oracle.contacts import GROUND, Contact, Point, find_contacts
 from tests.oracle.joints import Joint, Rope, Spring, Weld
 
 SLEEP_SPEED, SLEEP_OMEGA, SLEEP_TIME = 0.01, math.radians(2.0), 0.5
@@ -35,6 +35,7 @@ class OracleWorld:
         joint_order: "natural" (voxel by voxel 18 springs and 4 ropes; then all welds), or the
             joints of a recorded order, see tests/reference/README.md.
         sleeping: whether a robot at rest for 0.5 s is stopped for good until the next actuation.
+        self_collision: whether squares of the robot that no joint ties collide.
         even_segments_first: whether a body's contacts with even segments of the ground are solved
             before those with odd ones, as in the fast solver, instead of from left to right.
 
@@ -52,6 +53,7 @@ class OracleWorld:
         joint_order: str | Sequence[Sequence[Any]] = "natural",
         sleeping: bool = False,
         even_segments_first: bool = False,
+        self_collision: bool = False,
     ) -> None:
         self.morphology = Morphology.of(morphology)
         self.terrain, self.gravity, self.sleeping = terrain, gravity, sleeping
@@ -61,6 +63,7 @@ class OracleWorld:
         else:
             self.joints = recorded_joints(joint_order, self.bodies)
         self.even_segments_first = even_segments_first
+        self.may_meet = unjoined(self.bodies, self.joints) if self_collision else []
         self.contacts: list[Contact] = []
         self.time, self.still_for, self.asleep = 0.0, 0.0, False
         self.detect()
@@ -146,8 +149,7 @@ class OracleWorld:
 
     def detect(self) -> None:
         """Find the contacts of the present poses (needed after changing bodies by hand)."""
-        if self.terrain is not None:
-            self.contacts = find_contacts(self.bodies, self.terrain, self.contacts)
+        self.contacts = find_contacts(self.bodies, self.terrain, self.may_meet, self.contacts)
         if self.even_segments_first:
             self.contacts.sort(key=_body_and_parity)
 
@@ -167,13 +169,23 @@ class OracleWorld:
 
     def touching(self) -> np.ndarray:
         """Whether each square touches the ground, shape (V, 4)."""
-        touched = {point.identity[0] for contact in self.contacts for point in contact}
+        grounded = [c[0].identity for c in self.contacts if c[0].body1 is GROUND]
+        touched = {body for _, body, *_ in grounded}
         return np.array([b in touched for b in range(len(self.bodies))]).reshape(-1, 4)
 
 
 def _body_and_parity(contact: Contact) -> tuple[int, int]:
-    body, segment, _, _ = contact[0].identity
-    return body, segment % 2
+    one, other, edge, _, _ = contact[0].identity
+    return (-1, 0) if one >= 0 else (other, edge % 2)  # self-contacts stay first, in their order
+
+
+def unjoined(bodies: list[Square], joints: list[Joint]) -> list[tuple[int, int]]:
+    """The pairs of bodies that no joint ties, which is all that may collide, by their voxels."""
+    number = {id(body): i for i, body in enumerate(bodies)}
+    tied = {frozenset((number[id(j.body1)], number[id(j.body2)])) for j in joints}
+    pairs = itertools.combinations(range(len(bodies)), 2)
+    free = (pair for pair in pairs if frozenset(pair) not in tied)
+    return sorted(free, key=lambda pair: (pair[0] // 4, pair[1] // 4, pair))
 
 
 def place(morphology: Morphology, terrain: Terrain | None) -> list[Square]:

@@ -41,7 +41,7 @@ def test_named_damage():
         ({"time": -1.0}, "time >= 0 s"),
         ({"time": float("inf")}, "finite time"),
         ({"until": 10.0}, "until > time = 30.0 s, got 10.0"),
-        ({"mode": "broken"}, "mode in rest, frozen, random, got 'broken'"),
+        ({"mode": "broken"}, "mode in rest, frozen, random, blind, got 'broken'"),
     ],
 )
 def test_wrong_damage_is_refused(settings, message):

@@ -1,0 +1,129 @@
+"""The command: measures one thing after the other, shows and writes the table."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+from rich.console import Console
+
+from experiments.bench import (
+    evolution,
+    generation,
+    plasticity,
+    rates,
+    report,
+    scaling,
+    startup,
+)
+from experiments.bench.machine import Machine, available_cores
+from experiments.bench.profile import step_stages
+from experiments.bench.row import Row, Stage
+from experiments.bench.setting import Setting
+from experiments.bench.timing import Bystanders
+from physics import setup
+
+__all__ = ["Measurement", "bench", "measurements"]
+
+Measurement = Callable[[Setting], list[Row]]
+_PLAIN_WIDTH = 150  # of a table that does not go to a terminal
+
+
+def bench(
+    json: Path | None = None,
+    out: Path | None = None,
+    *,
+    quick: bool = False,
+    profile: bool = False,
+    seed: int = 0,
+    threads: int | None = None,
+) -> None:
+    """Measures how fast everything runs and prints a table.
+
+    Args:
+        json: file for the table in JSON.
+        out: folder for the table in JSON and in Markdown, bench.json and bench.md.
+        quick: whether to take fewer and shorter measurements.
+        profile: whether to tell where the time of a step goes, too.
+        seed: of gaits, genomes and terrains.
+        threads: of the evolution; all cores if not given. All else runs on one.
+
+    Raises:
+        ValueError: an option is wrong; nothing was measured then.
+    """
+    setup.positive_integer("threads", available_cores() if threads is None else threads)
+    if seed < 0:
+        raise ValueError(f"seed: expected an integer >= 0, got {seed}")
+    _make_room(json, out)
+    console = Console(highlight=False)
+    if not console.is_terminal:
+        console = Console(highlight=False, width=_PLAIN_WIDTH)
+    setting = Setting.of(quick=quick, cores=threads or available_cores(), seed=seed)
+    machine = Machine.here()
+    rows = _measure(console, setting)
+    parts: list[Stage] = []
+    if profile:
+        parts = [*step_stages(setting), *generation.generation_stages(setting)]
+    report.show_rows(console, rows)
+    if parts:
+        report.show_stages(console, parts)
+    files = [json] if json else []
+    if out is not None:
+        files.append(out / "bench.json")
+        tables = report.markdown(machine, rows, parts)
+        (out / "bench.md").write_text(tables, encoding="utf-8")
+        console.print(f"wrote {out / 'bench.md'}")
+    for path in files:
+        report.write_json(path, machine, seed, quick, rows, parts)
+        console.print(f"wrote {path}")
+
+
+def measurements() -> dict[str, Measurement]:
+    """What is measured, in this order."""
+    found: dict[str, Measurement] = {
+        f"open loop, {shape}": partial(rates.open_loop, shape=shape)
+        for shape in (rates.BIPED, rates.WORM)
+    }
+    for controller in rates.CONTROLLERS:
+        for shape in (rates.BIPED, rates.WORM):
+            found[f"closed loop, {shape}, {controller}"] = partial(
+                rates.closed_loop, shape=shape, controller=controller
+            )
+    return found | {
+        "own torch module": rates.own_module,
+        "plastic network in torch": plasticity.networks,
+        "batches": scaling.over_worlds,
+        "boxes": scaling.over_voxels,
+        "memory": scaling.memory,
+        "a generation besides the lives": generation.besides_lives,
+        "evolve": evolution.evolve,
+        "starts": startup.starts,
+    }
+
+
+def _measure(console: Console, setting: Setting) -> list[Row]:
+    """All rows; tells how far it is."""
+    rows: list[Row] = []
+    found = measurements()
+    for number, (name, measure) in enumerate(found.items(), start=1):
+        started, bystanders = time.perf_counter(), Bystanders()
+        measured = measure(setting)
+        others = bystanders.cores()
+        rows += [replace(row, others=others) for row in measured]
+        seconds = time.perf_counter() - started
+        console.print(f"{number}/{len(found)} {name}: {seconds:.1f} s")
+    return rows
+
+
+def _make_room(json: Path | None, out: Path | None) -> None:
+    """Makes the folders to write into, before minutes are spent on measurements."""
+    if json is not None and json.is_dir():
+        raise ValueError(f"json: expected a file to write, got the folder {json}")
+    if out is not None and out.exists() and not out.is_dir():
+        raise ValueError(f"out: expected a folder, got the file {out}")
+    for folder in (out, json and json.parent):
+        if folder is not None:
+            folder.mkdir(parents=True, exist_ok=True)

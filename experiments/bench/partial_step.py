@@ -1,0 +1,146 @@
+"""A step with sensing, of which stages can be left out.
+
+It starts from the same state however often it is taken, so that a stage meets the input that it
+would meet in a whole step, whatever is left out after it.
+"""
+
+from functools import lru_cache
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from experiments.bench.workload import Workload
+from physics import backend, contacts, dynamics, ground, ropes, springs, step, welds
+from physics.backend import ti
+from physics.model import F_NOISE, load_sizes
+from physics.sensing import sense
+
+__all__ = ["STAGES", "PartialStep"]
+
+_MOTION, _SPRINGS, _ROPES, _WELDS, _CONTACTS, _POSITIONS, _DETECT, _SENSE = (
+    1 << k for k in range(8)
+)
+# Noise is no stage of its own: the sensors have it or not.
+STAGES = {
+    "free motion": _MOTION,
+    "springs": _SPRINGS,
+    "ropes": _ROPES,
+    "welds": _WELDS,
+    "contacts": _CONTACTS,
+    "position stage": _POSITIONS,
+    "detection": _DETECT,
+    "sensors": _SENSE,
+    "noise": 0,
+}
+
+
+@lru_cache
+def _kernel(dtype: torch.dtype, lanes: int) -> Any:
+    """A step with the stages of a mask, a number of times from the same state."""
+    backend.start()
+    T = backend.real(dtype, lanes)
+
+    @ti.kernel
+    def rounds(
+        S: T.array,
+        lists: backend.integers(2),
+        terrain: T.scalars(3),
+        mi: backend.integers(1),
+        mf: T.scalars(1),
+        S_before: T.array,
+        lists_before: backend.integers(2),
+        stages: ti.i32,
+        times: ti.i32,
+    ):
+        for q in range(backend.GRAIN):
+            if q == 0:
+                m = load_sizes(mi)
+                for g in range(S.shape[0]):
+                    for _ in range(times):
+                        for item in range(S.shape[1]):
+                            S[g, item] = S_before[g, item]
+                        for item in range(lists.shape[1]):
+                            lists[g, item] = lists_before[g, item]
+                        _step(S, lists, terrain, g, m, mi, mf, stages, T)
+                        if stages & _SENSE:
+                            sense(S, g, m, mi, mf, T)
+
+    return rounds
+
+
+@ti.func
+def _step(
+    S: ti.template(),
+    lists: ti.template(),
+    terrain: ti.template(),
+    g,
+    m: ti.template(),
+    mi: ti.template(),
+    mf: ti.template(),
+    stages,
+    T: ti.template(),
+):
+    """``physics.step.engine_step`` with the stages of a mask."""
+    if stages & _MOTION:
+        step.count_step(S, g, m, T)
+        dynamics.integrate_velocities(S, g, m, mf, T)
+    if stages & _CONTACTS:
+        contacts.prepare(S, lists, g, m, T)
+    if stages & _SPRINGS:
+        springs.prepare(S, g, m, mi, mf, T)
+    if stages & _ROPES:
+        ropes.prepare(S, lists, g, m, mi, T)
+    if stages & _WELDS:
+        welds.prepare(S, g, m, mi, T)
+    for _ in range(m.velocity_iterations):
+        if stages & _SPRINGS:
+            springs.solve_velocities(S, g, m, T)
+        if stages & _ROPES:
+            ropes.solve_velocities(S, lists, g, m, T)
+        if stages & _WELDS:
+            welds.solve_velocities(S, g, m, mi, T)
+        if stages & _CONTACTS:
+            contacts.solve_velocities(S, lists, g, m, mf, T)
+    if stages & _MOTION:
+        dynamics.integrate_positions(S, g, m, T)
+    if stages & _POSITIONS:
+        step.solve_positions(S, lists, g, m, mi, T)
+    if stages & _DETECT:
+        ground.update_window(S, terrain, g, m, mf, T)
+        ground.detect(S, lists, g, m, T)
+    if stages & _MOTION:
+        step.mark_failures(S, g, m, T)
+
+
+class PartialStep:
+    """The next step of some robots, from the state in which they are when this is made."""
+
+    def __init__(self, robots: Workload) -> None:
+        sim = robots.sim
+        self._kernel = _kernel(sim.dtype, sim.lanes)
+        sim.run_closed_loop(self._copy, torch.empty(0), 0)
+
+    def _copy(self, *arguments: Any) -> None:
+        """In the place of a kernel: copies the tensors that it would be given first."""
+        state, lists, *model, self._numbers = (tensor.clone() for tensor in arguments[:5])
+        self._now = state, lists
+        self._before = state.clone(), lists.clone()
+        self._model = model
+        self._without_noise = self._numbers.clone()
+        self._without_noise[F_NOISE] = 0.0
+
+    def run(self, stages: int, times: int = 1, *, noise: bool = True) -> Tensor:
+        """Takes the step with some stages, a number of times.
+
+        Args:
+            stages: sum of those in `STAGES`.
+            times: how often.
+            noise: whether the sensors have any.
+
+        Returns:
+            State of the worlds after it, (groups, items, lanes).
+        """
+        numbers = self._numbers if noise else self._without_noise
+        self._kernel(*self._now, *self._model, numbers, *self._before, stages, times)
+        return self._now[0]

@@ -1,0 +1,100 @@
+"""How cost grows with the batch and with the robot, and how much memory a world takes."""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Mapping
+from typing import Any
+
+from torch import Tensor
+
+from experiments.bench.rates import BIPED
+from experiments.bench.row import Row, Target
+from experiments.bench.setting import Setting
+from experiments.bench.timing import cpu_seconds
+from experiments.bench.workload import GAITS, ClosedLoop, OpenLoop, warm_up
+
+__all__ = ["memory", "over_voxels", "over_worlds", "spread"]
+
+_BATCHES = (1, 3, 10, 30, 100)  # times GAITS
+_BOXES = (2, 3, 5, 7, 10)  # voxels along a side
+_GROUP = 16  # worlds; a smaller batch would waste lanes, whatever the robot
+_OVER_WORLDS, _OVER_VOXELS = Target(15.0), Target(25.0)
+_MEMORY = Target(100.0, 64.0)
+
+
+def over_worlds(setting: Setting) -> list[Row]:
+    """Cost of a robot-step in batches of 40 to 4,000 worlds, open loop."""
+    sizes = [k * GAITS for k in _BATCHES if k * GAITS <= setting.most_worlds]
+    batches = {n: OpenLoop(BIPED, n, setting.seed) for n in sizes}
+    costs = _costs(batches, {n: n for n in sizes}, setting)
+    rows = [
+        Row(f"cost of a robot-step, {n} worlds", "us", tuple(costs[n]), more_is_better=False)
+        for n in sizes
+    ]
+    what = f"spread of the cost from {sizes[0]} to {sizes[-1]} worlds"
+    return [*rows, Row(what, "%", (spread(costs),), False, target=_OVER_WORLDS)]
+
+
+def over_voxels(setting: Setting) -> list[Row]:
+    """Cost of a voxel in boxes of 4 to 100, as many voxels in every batch, open loop."""
+    voxels = setting.worlds * 10  # a biped has 10
+    boxes = {
+        side**2: OpenLoop(
+            f"box-{side}x{side}", max(1, voxels // side**2 // _GROUP) * _GROUP, setting.seed
+        )
+        for side in _BOXES
+    }
+    costs = _costs(boxes, {n: n * box.sim.n_worlds for n, box in boxes.items()}, setting)
+    rows = [
+        Row(
+            f"cost of a voxel-step, {boxes[n].sim.morphology.name}",
+            "us",
+            tuple(costs[n]),
+            more_is_better=False,
+        )
+        for n in boxes
+    ]
+    what = f"spread of the cost from {min(boxes)} to {max(boxes)} voxels"
+    return [*rows, Row(what, "%", (spread(costs),), False, target=_OVER_VOXELS)]
+
+
+def memory(setting: Setting) -> list[Row]:
+    """Bytes of all tensors that grow with the batch, over its worlds."""
+    robots = ClosedLoop(BIPED, "hebbian", setting.worlds, setting.seed)
+    tensors: list[Tensor] = []
+
+    def look(*arguments: Any) -> None:
+        """In the place of a kernel, which is given the state, the lists, the ground, two tables
+        of the model, and the networks."""
+        state, lists, ground, _, _, brain, *_ = arguments
+        tensors.extend((state, lists, ground, brain))
+
+    robots.sim.run_closed_loop(look, robots.brain.items, 0)
+    total = sum(tensor.numel() * tensor.element_size() for tensor in tensors)
+    what = f"memory of a world, {BIPED}, high, hebbian"
+    return [Row(what, "kB", (total / setting.worlds / 1e3,), False, target=_MEMORY)]
+
+
+def spread(costs: Mapping[int, list[float]]) -> float:
+    """By how much the highest of some median costs exceeds the lowest [%]."""
+    medians = [statistics.median(samples) for samples in costs.values()]
+    return 100 * (max(medians) / min(medians) - 1)
+
+
+def _costs(
+    batches: Mapping[int, OpenLoop], units: Mapping[int, int], setting: Setting
+) -> dict[int, list[float]]:
+    """CPU time of a step per unit of work [us].
+
+    Batches are timed in turns, so that a disturbance by another job meets all, and small ones
+    for more steps.
+    """
+    warm_up(batches.values(), setting)
+    costs: dict[int, list[float]] = {key: [] for key in batches}
+    for _ in range(setting.repetitions):
+        for key, robots in batches.items():
+            steps = max(setting.steps, setting.worlds * setting.steps // robots.sim.n_worlds)
+            seconds = cpu_seconds(robots.stretch(steps))
+            costs[key].append(1e6 * seconds / (units[key] * steps))
+    return costs

@@ -1,0 +1,53 @@
+"""How much is measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["Setting"]
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Sizes of the measurements; the defaults are those of the table.
+
+    Attributes:
+        cores: that an evolution may use; all else runs on one.
+        seed: of gaits, genomes and terrains.
+        worlds: of a batch; a multiple of `workload.GAITS`.
+        steps: of one repetition, 1 s.
+        warm_up: steps before the first repetition: the robots have landed and walk.
+        repetitions: of everything but whole processes.
+        most_worlds: of the largest batch.
+        runs, population, generations, duration: of the evolution; the first generation
+            compiles and does not count.
+        cold_starts, warm_starts: processes started.
+    """
+
+    cores: int
+    seed: int = 0
+    worlds: int = 400
+    steps: int = 60
+    warm_up: int = 180
+    repetitions: int = 9
+    most_worlds: int = 4000
+    runs: int = 10
+    population: int = 40
+    generations: int = 8
+    duration: float = 60.0
+    cold_starts: int = 2
+    warm_starts: int = 7
+
+    @classmethod
+    def of(cls, *, quick: bool, cores: int, seed: int) -> Setting:
+        """The table's sizes, or those of a quick look: fewer repetitions."""
+        if not quick:
+            return cls(cores, seed)
+        return cls(
+            cores,
+            seed,
+            repetitions=7,
+            generations=3,
+            cold_starts=1,
+            warm_starts=2,
+        )
