@@ -26,7 +26,7 @@ from experiments.bench.setting import Setting
 from experiments.bench.timing import Bystanders
 from physics import setup
 
-__all__ = ["Measurement", "bench", "measurements"]
+__all__ = ["Measurement", "bench", "measurements", "processes"]
 
 Measurement = Callable[[Setting], list[Row]]
 _PLAIN_WIDTH = 150  # of a table that does not go to a terminal
@@ -82,7 +82,7 @@ def bench(
 
 
 def measurements() -> dict[str, Measurement]:
-    """What is measured, in this order."""
+    """What is measured within this process, in this order."""
     found: dict[str, Measurement] = {
         f"open loop, {shape}": partial(rates.open_loop, shape=shape)
         for shape in (rates.BIPED, rates.WORM)
@@ -99,23 +99,28 @@ def measurements() -> dict[str, Measurement]:
         "boxes": scaling.over_voxels,
         "memory": scaling.memory,
         "a generation besides the lives": generation.besides_lives,
-        "evolve": evolution.evolve,
-        "starts": startup.starts,
     }
+
+
+def processes() -> dict[str, Measurement]:
+    """What is measured in processes of its own, in this order."""
+    return {"evolve": evolution.evolve, "starts": startup.starts}
 
 
 def _measure(console: Console, setting: Setting) -> list[Row]:
     """All rows; tells how far it is."""
-    rows: list[Row] = []
-    found = measurements()
-    for number, (name, measure) in enumerate(found.items(), start=1):
+    rounds = [*measurements().items()] * setting.passes + [*processes().items()]
+    rows: dict[str, Row] = {}
+    for number, (name, measure) in enumerate(rounds, start=1):
         started, bystanders = time.perf_counter(), Bystanders()
         measured = measure(setting)
         others = bystanders.cores()
-        rows += [replace(row, others=others) for row in measured]
+        for row in measured:
+            row = replace(row, others=others)
+            rows[row.what] = rows[row.what].joined(row) if row.what in rows else row
         seconds = time.perf_counter() - started
-        console.print(f"{number}/{len(found)} {name}: {seconds:.1f} s")
-    return rows
+        console.print(f"{number}/{len(rounds)} {name}: {seconds:.1f} s")
+    return list(rows.values())
 
 
 def _make_room(json: Path | None, out: Path | None) -> None:

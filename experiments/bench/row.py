@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import statistics
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 __all__ = ["Row", "Stage", "Target", "Verdict"]
@@ -35,7 +35,7 @@ class Row:
         more_is_better: whether it is a rate or share; else it is a cost.
         baseline: the same figure of the program it is compared with.
         target: if there is one.
-        others: cores that other processes took meanwhile; None: not known.
+        others: cores that other processes took meanwhile, at most; None: not known.
     """
 
     what: str
@@ -77,6 +77,11 @@ class Row:
         if self.target.aim is not None and self._reaches(self.target.aim):
             return "aim"
         return "reached" if self._reaches(self.target.bound) else "MISSED"
+
+    def joined(self, again: Row) -> Row:
+        """This row and the same, measured again."""
+        known = [row.others for row in (self, again) if row.others is not None]
+        return replace(self, samples=self.samples + again.samples, others=max(known, default=None))
 
     def _reaches(self, figure: float) -> bool:
         return self.median >= figure if self.more_is_better else self.median <= figure

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import statistics
 from collections.abc import Mapping
 from typing import Any
 
@@ -77,9 +76,13 @@ def memory(setting: Setting) -> list[Row]:
 
 
 def spread(costs: Mapping[int, list[float]]) -> float:
-    """By how much the highest of some median costs exceeds the lowest [%]."""
-    medians = [statistics.median(samples) for samples in costs.values()]
-    return 100 * (max(medians) / min(medians) - 1)
+    """By how much the highest of some costs exceeds the lowest [%].
+
+    Each is taken at its least disturbed: differences between medians would be those between
+    disturbances, too.
+    """
+    least = [min(samples) for samples in costs.values()]
+    return 100 * (max(least) / min(least) - 1)
 
 
 def _costs(

@@ -17,7 +17,9 @@ class Setting:
         worlds: of a batch; a multiple of `workload.GAITS`.
         steps: of one repetition, 1 s.
         warm_up: steps before the first repetition: the robots have landed and walk.
-        repetitions: of everything but whole processes.
+        repetitions: of everything but whole processes, in each pass.
+        passes: over everything but whole processes, so that a minute in which something else
+            slows the machine down does not decide a row.
         most_worlds: of the largest batch.
         runs, population, generations, duration: of the evolution; the first generation
             compiles and does not count.
@@ -29,7 +31,8 @@ class Setting:
     worlds: int = 400
     steps: int = 60
     warm_up: int = 180
-    repetitions: int = 9
+    repetitions: int = 5
+    passes: int = 3
     most_worlds: int = 4000
     runs: int = 10
     population: int = 40
@@ -47,6 +50,7 @@ class Setting:
             cores,
             seed,
             repetitions=7,
+            passes=1,
             generations=3,
             cold_starts=1,
             warm_starts=2,

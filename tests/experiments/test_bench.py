@@ -93,9 +93,17 @@ def test_verdicts(median: float, more_is_better: bool, verdict: str) -> None:
     assert Row("", "", (median,), more_is_better).verdict is None
 
 
-def test_spread_is_that_of_the_medians() -> None:
-    costs = {40: [1.0, 2.0, 9.0], 400: [1.5, 1.6, 1.7], 4000: [1.0, 1.8, 7.0]}
-    assert scaling.spread(costs) == pytest.approx(100 * (2.0 / 1.6 - 1))
+def test_a_row_measured_again() -> None:
+    row = ROWS[1].joined(replace(ROWS[1], samples=(1.0, 7.0), others=0.5))
+    assert row.samples == (4.0, 1.0, 7.0)
+    assert row.others == 0.5
+    assert row.target == ROWS[1].target
+    assert ROWS[0].joined(ROWS[0]).others is None
+
+
+def test_spread_is_that_of_the_least_disturbed() -> None:
+    costs = {40: [2.0, 2.4, 9.0], 400: [1.6, 1.5, 1.7], 4000: [8.0, 1.8, 7.0]}
+    assert scaling.spread(costs) == pytest.approx(100 * (2.0 / 1.5 - 1))
 
 
 def test_share_of_the_closed_loop() -> None:
@@ -232,7 +240,7 @@ def test_every_stage_does_something() -> None:
 
 def test_baselines_are_those_of_the_same_task() -> None:
     found = command.measurements()
-    rows = [row for name in found if name not in ("evolve", "starts") for row in found[name](TINY)]
+    rows = [row for measure in found.values() for row in measure(TINY)]
     baselines = {row.what: row.baseline for row in rows if row.baseline is not None}
     assert baselines == {
         "open loop, biped-4x3, 16 worlds": 4859,
@@ -366,19 +374,28 @@ def test_the_command_measures_shows_and_writes(
         settings.append(setting)
         return [ROWS[0]]
 
-    monkeypatch.setattr(command, "measurements", lambda: {"one": measure, "two": measure})
+    def measure_otherwise(setting: Setting) -> list[Row]:
+        return [ROWS[1]]
+
+    monkeypatch.setattr(command, "measurements", lambda: {"one": measure})
+    monkeypatch.setattr(command, "processes", lambda: {"two": measure_otherwise})
     file, folder = tmp_path / "new" / "speed.json", tmp_path / "out"
     assert run(f"bench {options} --json {file} --out {folder}", monkeypatch) == 0
     (setting,) = set(settings)
-    assert (setting.seed, setting.repetitions) == ((4, 7) if options else (0, 9))
+    passes = 1 if options else 3
+    assert len(settings) == setting.passes == passes
+    assert setting.seed == (4 if options else 0)
     if options:
         assert setting.cores == 2
     shown = capsys.readouterr().out
-    assert "2/2 two" in shown
+    assert f"{passes + 1}/{passes + 1} two" in shown
     assert "reached" in shown
     content = json.loads(file.read_text())
     assert content == json.loads((folder / "bench.json").read_text())
-    assert [row["median"] for row in content["rows"]] == [2.5, 2.5]
+    assert [(row["what"], row["repetitions"]) for row in content["rows"]] == [
+        ("speed", 4 * passes),
+        ("cost", 1),
+    ]
     assert content["machine"]["command"].startswith("hebbtorch bench")
     assert "| speed |" in (folder / "bench.md").read_text()
 
@@ -403,6 +420,7 @@ def test_a_mistake_is_exit_code_2_before_anything_is_measured(
     monkeypatch.chdir(tmp_path)
     Path("file").touch()
     monkeypatch.setattr(command, "measurements", dict)
+    monkeypatch.setattr(command, "processes", dict)
     assert run(f"bench {options}", monkeypatch) == 2
     assert message in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
