@@ -22,7 +22,7 @@ from torch import Tensor
 import hebbtorch
 from physics import Simulator, actuate, rollout
 from physics import layout as lay
-from physics.backend import ti
+from physics.backend import Features, ti
 from physics.numerics import tanh
 
 __all__ = ["Brain", "pack"]
@@ -112,8 +112,8 @@ def _scale_row(brain: ti.template(), g, row, n_in, squares, T: ti.template()):
 
 
 @lru_cache
-def _kernel(dtype: torch.dtype, lanes: int, self_collision: bool) -> Any:
-    return rollout.closed_loop(dtype, lanes, self_collision, _think)
+def _kernel(dtype: torch.dtype, lanes: int, features: Features) -> Any:
+    return rollout.closed_loop(dtype, lanes, features, _think)
 
 
 @dataclass(frozen=True)
@@ -132,7 +132,15 @@ class Brain:
 
     def run(self, sim: Simulator, steps: int) -> None:
         """Lets the worlds of ``sim`` live for some control steps."""
-        sim.run_closed_loop(_kernel(sim.dtype, sim.lanes, sim.self_collision), self.items, steps)
+        sim.run_closed_loop(_kernel(sim.dtype, sim.lanes, sim.features), self.items, steps)
+
+    def activations(self) -> tuple[Tensor, ...]:
+        """Of all neurons in the last step, the inputs first: per layer (worlds, neurons)."""
+        sizes = self.network.sizes
+        first = _SIZES + len(sizes)
+        neurons = self.items[:, first : first + sum(sizes)].clone().movedim(-1, 1).flatten(0, 1)
+        n_worlds = self.shapes[0][:-2].numel()
+        return neurons[:n_worlds].split(list(sizes), 1)
 
     def state(self) -> hebbtorch.State:
         """The weights as they are now."""

@@ -24,7 +24,7 @@ import io
 import os
 import threading
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import torch
 
@@ -65,6 +65,18 @@ def start() -> None:
         _started = True
 
 
+class Features(NamedTuple):
+    """Stages of the engine that a kernel has only if asked for: each costs time in every step."""
+
+    self_collision: bool = False
+    """Squares of a robot collide with each other."""
+    continuous: bool = False
+    """Squares that land are stopped where they touch the ground."""
+
+
+_PLAIN = Features()
+
+
 @dataclass(frozen=True)
 class Real:
     """The number type a kernel is built for.
@@ -74,14 +86,14 @@ class Real:
         vec: one value per lane.
         lanes: worlds per group.
         double: whether f is float64.
-        self_collision: whether the kernel lets squares of a robot collide with each other.
+        features: stages of the engine that the kernel has.
     """
 
     f: Any
     vec: Any
     lanes: int
     double: bool
-    self_collision: bool
+    features: Features
 
     @property
     def array(self) -> Any:
@@ -94,7 +106,7 @@ class Real:
         return ti.types.ndarray(dtype=self.f, ndim=ndim)
 
 
-def real(dtype: torch.dtype, lanes: int = _NARROW, self_collision: bool = False) -> Real:
+def real(dtype: torch.dtype, lanes: int = _NARROW, features: Features = _PLAIN) -> Real:
     """The Real of a torch dtype.
 
     Raises:
@@ -106,7 +118,7 @@ def real(dtype: torch.dtype, lanes: int = _NARROW, self_collision: bool = False)
         )
     double = dtype == torch.float64
     f = ti.f64 if double else ti.f32
-    return Real(f, ti.types.vector(lanes, f), lanes, double, self_collision)
+    return Real(f, ti.types.vector(lanes, f), lanes, double, features)
 
 
 def integers(ndim: int) -> Any:

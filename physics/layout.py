@@ -4,6 +4,7 @@ The state of a group is one row of items, each item a vector with a lane per wor
 
     V voxel blocks (VOXEL_ITEMS each) | header | welds | terrain window | rings | readings
     | meetings | meetings of the last step | bounds of voxels     (with self-collision)
+    | landings                                                   (with continuous detection)
 
 Inside a voxel block all offsets are constants; a body (one of the four squares of a voxel) is
 addressed by the offset of its first item. Velocities are stored so that the mass matrix is the
@@ -71,6 +72,10 @@ MEETING_ITEMS = ME_POINTS + 2 * MEETING_POINT_ITEMS
 MEETING_ENTRY = 3  # its integers: number of the pair, offsets of its bodies
 MEMORY_ITEMS = 5  # of a meeting of the last step: key, two impulses per point
 BOUND_ITEMS = 4  # of a voxel: least x and y, greatest x and y of its squares' centres
+# A body before it moved: centre [m], angle [rad], 1 if it touched the ground else 0.
+LA_X, LA_Y, LA_ANGLE, LA_STOOD = range(4)
+LANDING_ITEMS = 4
+
 MEETINGS_PER_VOXEL = 2  # that a world can hold
 
 # A voxel block.
@@ -109,6 +114,7 @@ class Layout:
     Attributes:
         voxels, welds, segments, ring_items, readings: sizes the offsets follow from.
         meetings: of squares of the robot with each other that a group can hold.
+        landings: bodies whose landings are looked for: all or 0.
     """
 
     voxels: int
@@ -117,6 +123,7 @@ class Layout:
     ring_items: int
     readings: int
     meetings: int
+    landings: int
 
     @property
     def header(self) -> int:
@@ -159,9 +166,14 @@ class Layout:
         return self.meeting_memory + self.meetings * MEMORY_ITEMS
 
     @property
+    def landing_block(self) -> int:
+        """First item of the landings."""
+        return self.meeting_bounds + (self.voxels * BOUND_ITEMS if self.meetings else 0)
+
+    @property
     def items(self) -> int:
         """Items of a whole group."""
-        return self.meeting_bounds + (self.voxels * BOUND_ITEMS if self.meetings else 0)
+        return self.landing_block + self.landings * LANDING_ITEMS
 
     @property
     def contact_list(self) -> int:

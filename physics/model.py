@@ -9,7 +9,7 @@ import numpy as np
 from physics import clock, damage, material, setup
 from physics import layout as lay
 from physics.apparatus import Apparatus
-from physics.backend import ti
+from physics.backend import Features, ti
 from physics.layout import Layout
 from physics.morphology import Morphology
 
@@ -23,7 +23,10 @@ class Engine:
         damping: linear and angular velocity damping [1/s].
         velocity_iterations, position_iterations: of the sequential-impulse solver, per step.
         ropes: whether squares of a voxel are kept from passing through each other.
-        self_collision: whether squares of the robot that no joint ties keep out of each other.
+        self_collision: whether squares of the robot that no joint ties keep out of each other;
+            None: where it has legs that could pass through each other (`Morphology.legs_meet`).
+        continuous: whether squares that land are stopped where they touch the ground, instead of
+            as deep in it as their speed takes them in a step (continuous collision detection).
     """
 
     friction: float = material.FRICTION
@@ -31,7 +34,13 @@ class Engine:
     velocity_iterations: int = material.VELOCITY_ITERATIONS
     position_iterations: int = material.POSITION_ITERATIONS
     ropes: bool = True
-    self_collision: bool = False
+    self_collision: bool | None = None
+    continuous: bool = False
+
+    def features(self, morphology: Morphology) -> Features:
+        """What the kernels must have to simulate this robot."""
+        collides = morphology.legs_meet if self.self_collision is None else self.self_collision
+        return Features(collides and morphology.n_voxels > 1, self.continuous)
 
     def __post_init__(self) -> None:
         for name in ("friction", "damping"):
@@ -78,6 +87,7 @@ _SIZES = (
     "meeting_limit",
     "pair_table",
     "voxel_pairs",
+    "landing_block",
 )
 Sizes = ti.types.struct(**dict.fromkeys(_SIZES, ti.i32))
 
@@ -156,7 +166,8 @@ def build(
         lanes: worlds per group.
     """
     reading_rows, rays, intervals, ring_items = _readings(apparatus)
-    pairs = _voxel_pairs(morphology) if engine.self_collision else []
+    features = engine.features(morphology)
+    pairs = _voxel_pairs(morphology) if features.self_collision else []
     limit = lay.MEETINGS_PER_VOXEL * morphology.n_voxels
     layout = Layout(
         voxels=morphology.n_voxels,
@@ -165,6 +176,7 @@ def build(
         ring_items=ring_items,
         readings=apparatus.n_readings,
         meetings=lanes * limit if pairs else 0,
+        landings=4 * morphology.n_voxels if features.continuous else 0,
     )
     springs = [(s.square1 * lay.BODY_ITEMS, s.square2 * lay.BODY_ITEMS) for s in material.SPRINGS]
     ropes = [(a * lay.BODY_ITEMS, b * lay.BODY_ITEMS) for a, b in material.ROPES]
@@ -201,6 +213,7 @@ def build(
         "meeting_limit": limit,
         "pair_table": pair_table,
         "voxel_pairs": len(pairs),
+        "landing_block": layout.landing_block,
     }
     rows = [*springs, *ropes, *welds, *reading_rows, *pairs]
     windows = [clock.window_lengths(max_steps, interval) for interval in intervals]

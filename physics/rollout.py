@@ -13,7 +13,7 @@ import torch
 
 from physics import actuate, backend, ground, meetings
 from physics import layout as lay
-from physics.backend import ti
+from physics.backend import Features, ti
 from physics.model import load_sizes
 from physics.sensing import sense
 from physics.step import engine_step
@@ -46,11 +46,11 @@ def _take_commands(
 
 
 @lru_cache
-def kernels(dtype: torch.dtype, lanes: int, self_collision: bool) -> SimpleNamespace:
+def kernels(dtype: torch.dtype, lanes: int, features: Features) -> SimpleNamespace:
     """The kernels that need no controller: ``look`` (contacts and readings of the present
     poses) and ``play`` (steps under given actuations)."""
     backend.start()
-    T = backend.real(dtype, lanes, self_collision)
+    T = backend.real(dtype, lanes, features)
 
     @ti.kernel
     def look(
@@ -65,7 +65,7 @@ def kernels(dtype: torch.dtype, lanes: int, self_collision: bool) -> SimpleNames
             m = load_sizes(mi)
             ground.update_window(S, terrain, g, m, mf, T)
             ground.detect(S, lists, g, m, T)
-            if ti.static(T.self_collision):
+            if ti.static(T.features.self_collision):
                 meetings.detect(S, lists, g, m, mi, T)
             sense(S, g, m, mi, mf, T)
             _publish(S, g, m, readings, T)
@@ -96,14 +96,14 @@ def kernels(dtype: torch.dtype, lanes: int, self_collision: bool) -> SimpleNames
 
 
 def closed_loop(
-    dtype: torch.dtype, lanes: int, self_collision: bool, controller: Callable[..., Any]
+    dtype: torch.dtype, lanes: int, features: Features, controller: Callable[..., Any]
 ) -> Any:
     """A kernel that runs whole stretches of life with the controller inside.
 
     Args:
         dtype: of the simulation, float32 or float64.
         lanes: worlds per group.
-        self_collision: whether squares of the robot collide; without, their code is left out.
+        features: stages that the kernel has; the code of others is left out.
         controller: a Taichi function ``(S, brain, g, m, T)`` that reads the readings from
             ``S[g, m.reading_block + r]`` and calls ``physics.actuate.command`` for every voxel;
             ``brain`` is a tensor (groups, items, lanes) of its own.
@@ -112,7 +112,7 @@ def closed_loop(
         ``kernel(S, lists, terrain, mi, mf, brain, steps, chunks)``.
     """
     backend.start()
-    T = backend.real(dtype, lanes, self_collision)
+    T = backend.real(dtype, lanes, features)
 
     @ti.kernel
     def live(

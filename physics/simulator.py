@@ -90,8 +90,8 @@ class Simulator:
         if lanes is None:
             lanes = backend.lanes_for(self.n_worlds, dtype, threads)
         self.lanes = setup.positive_integer("lanes", lanes)
-        self.self_collision = self._engine.self_collision and self.n_voxels > 1
-        self._kernels = rollout.kernels(dtype, lanes, self.self_collision)
+        self.features = self._engine.features(self.morphology)
+        self._kernels = rollout.kernels(dtype, lanes, self.features)
         groups = -(-self.n_worlds // lanes)
         self._segments, profiles = setup.pack_terrains(
             self._terrains, self._extent(), groups * lanes

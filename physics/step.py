@@ -1,6 +1,16 @@
 """One step of the engine, stage by stage (REFERENCE: one step of the engine)."""
 
-from physics import contacts, dynamics, ground, meetings, ropes, self_contacts, springs, welds
+from physics import (
+    contacts,
+    dynamics,
+    ground,
+    landings,
+    meetings,
+    ropes,
+    self_contacts,
+    springs,
+    welds,
+)
 from physics import layout as lay
 from physics.backend import ti
 from physics.numerics import any_lane, magnitude
@@ -20,10 +30,10 @@ def engine_step(
     """Moves a group of worlds by DT with the actuation in force."""
     count_step(S, g, m, T)
     dynamics.integrate_velocities(S, g, m, mf, T)
-    if ti.static(T.self_collision):
+    if ti.static(T.features.self_collision):
         self_contacts.prepare(S, lists, g, m, T)
     contacts.prepare(S, lists, g, m, T)
-    if ti.static(T.self_collision):
+    if ti.static(T.features.self_collision):
         self_contacts.warm_start(S, lists, g, m, T)
     springs.prepare(S, g, m, mi, mf, T)
     ropes.prepare(S, lists, g, m, mi, T)
@@ -32,16 +42,30 @@ def engine_step(
         springs.solve_velocities(S, g, m, T)
         ropes.solve_velocities(S, lists, g, m, T)
         welds.solve_velocities(S, g, m, mi, T)
-        if ti.static(T.self_collision):
+        if ti.static(T.features.self_collision):
             self_contacts.solve_velocities(S, lists, g, m, T)
         contacts.solve_velocities(S, lists, g, m, mf, T)
+    if ti.static(T.features.continuous):
+        landings.remember(S, g, m, T)
     dynamics.integrate_positions(S, g, m, T)
     solve_positions(S, lists, g, m, mi, T)
     ground.update_window(S, terrain, g, m, mf, T)
-    ground.detect(S, lists, g, m, T)
-    if ti.static(T.self_collision):
+    detect(S, lists, g, m, T)
+    if ti.static(T.features.self_collision):
         meetings.detect(S, lists, g, m, mi, T)
     mark_failures(S, g, m, T)
+
+
+@ti.func
+def detect(S: ti.template(), lists: ti.template(), g, m: ti.template(), T: ti.template()):
+    """Contacts with the ground, after squares that have landed were set back."""
+    if ti.static(T.features.continuous):
+        landed = 1
+        while landed > 0:
+            ground.detect(S, lists, g, m, T)
+            landed = landings.set_back(S, lists, g, m, T)
+    else:
+        ground.detect(S, lists, g, m, T)
 
 
 @ti.func
@@ -68,7 +92,7 @@ def solve_positions(
     iteration = 0
     while iteration < m.position_iterations:
         off = contacts.solve_positions(S, lists, g, m, live, T)
-        if ti.static(T.self_collision):
+        if ti.static(T.features.self_collision):
             off = off | self_contacts.solve_positions(S, lists, g, m, live, T)
         off = off | ropes.solve_positions(S, lists, g, m, live, T)
         off = off | welds.solve_positions(S, g, m, mi, live, T)

@@ -100,7 +100,7 @@ def _collect(recordings: Recordings) -> list[Case | Skip]:
             f"reference: expected recorded runs, such as passive_worm.csv, in {recordings.folder}, "
             "got none"
         )
-    return [*recorded, *falls.own_cases(), *flight.cases(), *batches.cases()]
+    return [*recorded, *falls.own_cases(), *flight.cases(recordings), *batches.cases()]
 
 
 def _conclude(

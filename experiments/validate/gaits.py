@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -78,6 +78,9 @@ class _Rule:
 
 
 _REGULAR_RULES = (_Rule("one start, noccd", ("noccd",), 1, 0.975, 0.02, 0.015),)
+_CONTINUOUS_RULES = (
+    _Rule("one start, continuous detection, veto", ("veto",), 1, 0.97, 0.02, 0.01),
+)
 _CHAOTIC_RULES = (
     _Rule(f"mean of {_STARTS} starts", MODES, _STARTS, 0.88, 0.11, 0.03),
     _Rule("one start, veto", ("veto",), 1, 0.75, 0.17, 0.06),
@@ -95,6 +98,8 @@ class _Gaits:
         amplitude, phase: (G, V).
         terrains: for every terrain of the columns, one Terrain per gait.
         recorded: speeds [m/s] by terrain and mode, (G,).
+        rules: what ours are held against.
+        continuous: whether ours have continuous collision detection.
     """
 
     morphology: Morphology
@@ -105,20 +110,8 @@ class _Gaits:
     terrains: Mapping[str, list[Terrain]]
     recorded: Mapping[str, Mapping[str, np.ndarray]]
 
-    @property
-    def rules(self) -> tuple[_Rule, ...]:
-        """The worm's motions are regular, the biped's chaotic; of another shape, the agreement
-        of the reference with itself says."""
-        family = self.morphology.name.split("-")[0]
-        if family in ("worm", "biped"):
-            regular = family == "worm"
-        else:
-            regular = all(
-                {"veto", "veto_dx"} <= modes.keys()
-                and agreement(modes["veto_dx"], modes["veto"])[0] >= _REGULAR
-                for modes in self.recorded.values()
-            )
-        return _REGULAR_RULES if regular else _CHAOTIC_RULES
+    rules: tuple[_Rule, ...]
+    continuous: bool = False
 
 
 def cases(recordings: Recordings) -> list[Case | Skip]:
@@ -139,7 +132,27 @@ def cases(recordings: Recordings) -> list[Case | Skip]:
         found += [
             Case(f"gaits {shape} {label}", partial(_replay, gaits, label)) for label in DTYPES
         ]
+        if gaits.rules == _REGULAR_RULES:  # those of chaotic motions cannot tell
+            continuous = replace(gaits, rules=_CONTINUOUS_RULES, continuous=True)
+            found.append(Case(f"gaits {shape} continuous", partial(_replay, continuous, "f32")))
     return found
+
+
+def _rules(
+    morphology: Morphology, recorded: Mapping[str, Mapping[str, np.ndarray]]
+) -> tuple[_Rule, ...]:
+    """The worm's motions are regular, the biped's chaotic; of another shape, the agreement
+    of the reference with itself says."""
+    family = morphology.name.split("-")[0]
+    if family in ("worm", "biped"):
+        regular = family == "worm"
+    else:
+        regular = all(
+            {"veto", "veto_dx"} <= modes.keys()
+            and agreement(modes["veto_dx"], modes["veto"])[0] >= _REGULAR
+            for modes in recorded.values()
+        )
+    return _REGULAR_RULES if regular else _CHAOTIC_RULES
 
 
 def _missing(rule: _Rule, modes: Mapping[str, np.ndarray], terrain: str) -> str:
@@ -179,6 +192,7 @@ def _read(recordings: Recordings, shape: str, params: Table, results: Table) -> 
             for terrain in recorded
         },
         recorded,
+        _rules(morphology, recorded),
     )
 
 
@@ -193,9 +207,10 @@ def _replay(gaits: _Gaits, label: str, setting: Setting) -> Outcome:
             if not _missing(rule, modes, terrain):
                 rows += _rows(case, rule, own, modes)
                 panels.append(_panel(f"{terrain}, {rule.measured}", rule, own, modes))
-        if "veto" in modes:
+        if "veto" in modes and not gaits.continuous:
             yardsticks.append(_yardstick(case, own[0], modes))
-    picture = Picture(f"gaits_{gaits.morphology.name}_{label}", tuple(panels))
+    detection = "_continuous" if gaits.continuous else ""
+    picture = Picture(f"gaits_{gaits.morphology.name}_{label}{detection}", tuple(panels))
     return Outcome(tuple(rows), (picture,), tuple(yardsticks))
 
 
@@ -207,7 +222,7 @@ def _speeds(gaits: _Gaits, label: str, starts: int, setting: Setting) -> dict[st
         terrains * starts,
         len(terrains) * starts,
         dtype=DTYPES[label],
-        engine=setting.engine,
+        engine=replace(setting.engine, continuous=gaits.continuous),
     )
     times = torch.from_numpy(clock.times(clock.steps_in(gaits.duration))[:-1])
     frequency, amplitude, phase = map(

@@ -1,8 +1,13 @@
-"""The first generation of an evolution: random genomes in closed loop."""
+"""The first generation of an evolution: random genomes in closed loop.
+
+They were recorded with self-collision and with the true events of continuous collision detection,
+so they are replayed with both. Without them, as the simulator is by default, the mean speed of the
+Hebbian ones is some 0.02 m/s higher.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -118,7 +123,7 @@ def _speeds(generation: _Generation, setting: Setting) -> np.ndarray:
         len(shifted),
         sensors=generation.apparatus,
         dtype=_DTYPE,
-        engine=setting.engine,
+        engine=replace(setting.engine, self_collision=True, continuous=True),  # as recorded
     )
     network = networks.build(generation.kind, shifted, sizes, _DTYPE)
     life = live(sim, network, generation.duration)

@@ -149,12 +149,43 @@ def test_momentum_is_conserved():
     assert touched > 5
 
 
-def test_left_without_a_choice_robots_do_not_collide():
-    assert not Engine().self_collision
+@pytest.mark.parametrize(
+    ("shape", "collides"),
+    [("biped-4x3", False), ("worm-7x1", False), (LEGS, True), ("comb-5x3", True)],
+)
+def test_left_without_a_choice_robots_collide_if_their_legs_could_meet(shape, collides):
+    ends = []
+    for engine in (None, Engine(self_collision=collides)):
+        sim = Simulator(shape, HILLS, engine=engine)
+        assert sim.features.self_collision == collides
+        sim.run(gaits(90, 1, sim.n_voxels))
+        ends.append(sim.mass_poses())
+    assert torch.equal(*ends)
+
+
+def test_a_single_voxel_has_nothing_to_collide_with():
     sims = [Simulator("box-1x1", None, engine=engine) for engine in (Engine(), COLLIDE)]
     for sim in sims:
         sim.run(gaits(30, 1, 1))
-    assert torch.equal(sims[0].mass_poses(), sims[1].mass_poses())  # nothing could
+    assert torch.equal(sims[0].mass_poses(), sims[1].mass_poses())
+
+
+@pytest.mark.parametrize("shape", ["comb-5x4", "biped-8x6", "biped-4x3"])
+def test_by_default_no_legs_pass_through_each_other(shape):
+    """Bang-bang actuation of full amplitude, under which those of most shapes do otherwise."""
+    worlds = 24
+    terrains = [Terrain.from_name(f"hilly-3-30-{seed}") for seed in range(worlds)]
+    deepest_overlap = {}
+    for engine in (Engine(self_collision=False), None):
+        sim = Simulator(shape, terrains, worlds, engine=engine)
+        overlaps = []
+        for actuation in gaits(40, worlds, sim.n_voxels, seed=3).sign().split(1):
+            sim.run(actuation.expand(15, -1, -1))
+            overlaps.append(deepest(sim))
+        deepest_overlap[engine is None] = torch.stack(overlaps).max().item()
+    if shape != "biped-4x3":  # the paper's robot, whose squares need not collide
+        assert deepest_overlap[False] > material.SQUARE_SIDE
+    assert deepest_overlap[True] < 0.25
 
 
 # --- batches ------------------------------------------------------------------------------------
