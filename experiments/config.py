@@ -17,7 +17,7 @@ __all__ = ["EvolveConfig", "fresh_terrain"]
 _SEEDED_FAMILIES = ("hilly", "steppy", "flatWithStart")  # a name without seed leaves it open
 _LEAST_DURATION = 0.1  # [s]
 _LEAST_POPULATION = 4  # of which a quarter are parents
-_PLASTIC_OPTIONS = ("sharing", "normalize", "eta", "init")
+_PLASTIC_OPTIONS = ("sharing", "normalize", "eta", "init", "terms")
 
 
 @dataclass(frozen=True)
@@ -44,6 +44,9 @@ class EvolveConfig:
 
     init: Literal["zero", "uniform"] = "zero"
     """Weights at birth: zero, or drawn from U(-1, 1) anew for every life."""
+
+    terms: str = "ABCD"
+    """Terms of the rules, such as "BCD" without A; those left out are zero and do not evolve."""
 
     terrain: str = "hilly-3-30"
     """Ground. Without a seed, every evaluation gets a terrain of its own; with one
@@ -74,7 +77,7 @@ class EvolveConfig:
     """Everything random follows from it."""
 
     device: str = "cpu"
-    """Where to compute: cpu."""
+    """Where to compute: cpu, or cuda where PyTorch finds a GPU."""
 
     threads: int | None = None
     """Threads of the simulator; all cores if not given. No influence on the result."""
@@ -144,6 +147,9 @@ class EvolveConfig:
             raise ValueError(f'eta: expected a finite number or "evolved", got {self.eta!r}')
 
     def _check_controller(self) -> None:
+        from hebbtorch.bank import check_terms
+
+        check_terms(self.terms)
         if self.controller != "mlp":
             return
         default = EvolveConfig()
@@ -171,7 +177,7 @@ class EvolveConfig:
         try:
             setup.device(self.device)
         except RuntimeError:  # PyTorch's, for a name that it does not know
-            raise ValueError(f"device: expected cpu, got {self.device!r}") from None
+            raise ValueError(f"device: expected cpu or cuda, got {self.device!r}") from None
 
 
 def fresh_terrain(name: str, seed: int) -> str:

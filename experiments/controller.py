@@ -34,6 +34,7 @@ def build(config: EvolveConfig, population: int) -> Controller:
         groups=apparatus.kinds if config.sharing == "grouped" else None,
         eta=config.eta,
         normalize=None if config.normalize == "none" else config.normalize,
+        terms=config.terms,
         population=(population,),
     ).to(config.device)
 

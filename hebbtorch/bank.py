@@ -12,13 +12,30 @@ from hebbtorch.rules import Rule
 from hebbtorch.sharing import RuleGrid
 
 ETA = 0.01  # the paper's learning rate (Sec. III-B), and what an eta gene of 0 stands for
+TERMS = "ABCD"
+
+
+def check_terms(terms: str) -> str:
+    """The terms of a rule, as they came.
+
+    Raises:
+        ValueError: not one or several of the letters ABCD, in this order.
+    """
+    if not isinstance(terms, str) or not terms or terms != "".join(t for t in TERMS if t in terms):
+        raise ValueError(
+            f"terms: expected one or several of the letters ABCD, in this order and each once, "
+            f"such as 'BCD' without A, got {terms!r}"
+        )
+    return terms
 
 
 class RuleBank(nn.Module):
     """The rules of a layer, stored once each; layers that share their rules share the bank.
 
     Attributes:
-        A, B, C, D: coefficients, (*P, rows, columns), no unit.
+        terms: which of A, B, C, D exist, such as "ABCD" or, without A, "BCD".
+        A, B, C, D: coefficients, (*P, rows, columns), no unit; parameters, or a constant zero of
+            shape (1, 1) for a term that does not exist.
         eta_gene: with eta="evolved", one per rule, (*P, rows, columns); the learning rate is
             0.01 * 10**gene: 0 is the paper's 0.01, one unit a factor of ten, and it is always
             positive (a negative one would only turn the signs of A, B, C and D).
@@ -29,6 +46,7 @@ class RuleBank(nn.Module):
         grid: RuleGrid,
         *,
         eta: float | str = ETA,
+        terms: str = TERMS,
         population: tuple[int, ...] = (),
         dtype: torch.dtype | None = None,
         device: torch.device | str | None = None,
@@ -37,15 +55,22 @@ class RuleBank(nn.Module):
         if eta != "evolved" and not (isinstance(eta, int | float) and math.isfinite(eta)):
             raise ValueError(f"eta: expected a finite number or 'evolved', got {eta!r}")
         self.eta = eta
+        self.terms = check_terms(terms)
 
         def coefficient() -> nn.Parameter:
             shape = (*population, grid.rows, grid.columns)
             return nn.Parameter(torch.empty(shape, dtype=dtype, device=device))
 
-        self.A = coefficient()
-        self.B = coefficient()
-        self.C = coefficient()
-        self.D = coefficient()
+        self.A: Tensor
+        self.B: Tensor
+        self.C: Tensor
+        self.D: Tensor
+        for term in TERMS:
+            if term in terms:
+                self.register_parameter(term, coefficient())
+            else:
+                zero = torch.zeros(1, 1, dtype=dtype, device=device)
+                self.register_buffer(term, zero, persistent=False)
         self.eta_gene = coefficient() if eta == "evolved" else None
         self.column_of_input: Tensor | None
         columns = grid.column_of_input
@@ -61,24 +86,27 @@ class RuleBank(nn.Module):
         redraw(self.parameters(), generator)
 
     def named_genes(self) -> list[tuple[str, nn.Parameter]]:
-        """(name, parameter) in the order of the genes: A, B, C, D and, if evolved, eta."""
-        named = [("A", self.A), ("B", self.B), ("C", self.C), ("D", self.D)]
+        """(name, parameter) in the order of the genes: the terms and, if evolved, eta."""
+        named = [(term, self.get_parameter(term)) for term in self.terms]
         return named if self.eta_gene is None else [*named, ("eta", self.eta_gene)]
 
     def coefficients(self) -> Rule:
-        """A, B, C, D, each broadcastable to (*P, out, in)."""
-        return Rule(*self._per_input(self.A, self.B, self.C, self.D))
+        """A, B, C, D, each broadcastable to (*P, out, in); zero for a term that does not exist."""
+        return Rule(
+            *(
+                self._per_input(coefficient) if term in self.terms else coefficient
+                for term, coefficient in zip(TERMS, (self.A, self.B, self.C, self.D), strict=True)
+            )
+        )
 
     def learning_rate(self) -> float | Tensor:
         """eta: the fixed number, or a tensor broadcastable to (*P, out, in)."""
         if self.eta_gene is None:
             return float(self.eta)
-        (gene,) = self._per_input(self.eta_gene)
+        gene = self._per_input(self.eta_gene)
         # exp, not pow: torch's pow rounds the end of an array unlike its beginning.
         return ETA * torch.exp(math.log(10.0) * gene)
 
-    def _per_input(self, *parameters: Tensor) -> tuple[Tensor, ...]:
+    def _per_input(self, parameter: Tensor) -> Tensor:
         column = self.column_of_input
-        if column is None:
-            return parameters
-        return tuple(parameter.index_select(-1, column) for parameter in parameters)
+        return parameter if column is None else parameter.index_select(-1, column)

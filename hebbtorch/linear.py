@@ -8,7 +8,7 @@ import torch
 from torch import Tensor, nn
 
 from hebbtorch.activation import check_activation, check_depth, weighted_tanh
-from hebbtorch.bank import ETA, RuleBank
+from hebbtorch.bank import ETA, TERMS, RuleBank
 from hebbtorch.bounds import bound_named
 from hebbtorch.draws import Generators, draw_uniform
 from hebbtorch.genome import Evolvable, check_population, check_sizes
@@ -32,6 +32,8 @@ class HebbianLinear(Evolvable):
         groups: with sharing="grouped", one label per input.
         eta: learning rate; or "evolved", one gene per rule, eta = 0.01 * 10**gene.
         normalize: None, or "l2": incoming weights are divided by their norm after each update.
+        terms: which terms of the rule exist, such as "BCD" without A; the others have no genes
+            and are zero.
         population: P, dimensions of the population.
         dtype: of the coefficients and the weights; None for torch's default.
         device: where they live; None for torch's default.
@@ -49,6 +51,7 @@ class HebbianLinear(Evolvable):
         groups: Sequence[Hashable] | None = None,
         eta: float | str = ETA,
         normalize: str | None = None,
+        terms: str = TERMS,
         population: Sequence[int] = (),
         dtype: torch.dtype | None = None,
         device: torch.device | str | None = None,
@@ -60,14 +63,16 @@ class HebbianLinear(Evolvable):
         self.population = check_population(population)
         self._bound = bound_named(normalize)
         grid = rule_grid(sharing, self.n_in, self.n_out, groups)
-        self.rules = RuleBank(grid, eta=eta, population=self.population, dtype=dtype, device=device)
+        self.rules = RuleBank(
+            grid, eta=eta, terms=terms, population=self.population, dtype=dtype, device=device
+        )
 
     def gene_parameters(self) -> list[tuple[int, str, nn.Parameter]]:
         """See `Evolvable`."""
         return [(0, name, parameter) for name, parameter in self.rules.named_genes()]
 
     def coefficients(self) -> Rule:
-        """A, B, C, D, each broadcastable to (*P, out, in)."""
+        """A, B, C, D, each broadcastable to (*P, out, in); zero for a term that does not exist."""
         return self.rules.coefficients()
 
     def learning_rate(self) -> float | Tensor:
@@ -153,5 +158,6 @@ class HebbianLinear(Evolvable):
         """What `print(layer)` shows."""
         return (
             f"{self.n_in}, {self.n_out}, sharing={self.sharing!r}, eta={self.rules.eta!r}, "
-            f"normalize={self.normalize!r}, population={self.population}"
+            f"normalize={self.normalize!r}, terms={self.rules.terms!r}, "
+            f"population={self.population}"
         )

@@ -9,7 +9,7 @@ import torch
 from torch import Tensor, nn
 
 from hebbtorch.activation import check_depth
-from hebbtorch.bank import ETA, RuleBank
+from hebbtorch.bank import ETA, TERMS, RuleBank
 from hebbtorch.draws import Generators
 from hebbtorch.genome import Evolvable, check_population, check_sizes
 from hebbtorch.linear import HebbianLinear
@@ -33,6 +33,8 @@ class HebbianMLP(Evolvable):
             synapses that leave the inputs, and one rule for each other layer.
         eta: learning rate; or "evolved", one gene per rule, eta = 0.01 * 10**gene.
         normalize: None, or "l2": incoming weights are divided by their norm after each update.
+        terms: which terms of the rules exist, such as "BCD" without A; the others have no genes
+            and are zero.
         population: P, dimensions of the population.
         dtype: of the coefficients and the weights; None for torch's default.
         device: where they live; None for torch's default.
@@ -52,6 +54,7 @@ class HebbianMLP(Evolvable):
         groups: Sequence[Hashable] | None = None,
         eta: float | str = ETA,
         normalize: str | None = None,
+        terms: str = TERMS,
         population: Sequence[int] = (),
         dtype: torch.dtype | None = None,
         device: torch.device | str | None = None,
@@ -70,6 +73,7 @@ class HebbianMLP(Evolvable):
                 groups=groups,
                 eta=eta,
                 normalize=normalize,
+                terms=terms,
                 population=self.population,
                 dtype=dtype,
                 device=device,

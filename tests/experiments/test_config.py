@@ -1,5 +1,6 @@
 """Options: the paper's defaults, clear refusals before anything is written, JSON."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -29,6 +30,9 @@ def test_defaults_are_the_papers() -> None:
         ("eta", float("nan")),
         ("eta", "learned"),
         ("init", "ones"),
+        ("terms", ""),
+        ("terms", "DCB"),
+        ("terms", 4),
         ("terrain", "hilly-3"),
         ("terrain", "mountain"),
         ("damage", "all"),
@@ -61,7 +65,13 @@ def test_a_wrong_option_is_refused_and_nothing_written(
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("sharing", "single"), ("normalize", "l2"), ("eta", 0.1), ("init", "uniform")],
+    [
+        ("sharing", "single"),
+        ("normalize", "l2"),
+        ("eta", 0.1),
+        ("init", "uniform"),
+        ("terms", "BCD"),
+    ],
 )
 def test_options_of_plasticity_are_refused_for_a_static_network(name: str, value: object) -> None:
     replace(EvolveConfig(), **{name: value}).validate()
@@ -74,6 +84,13 @@ def test_json_keeps_every_option() -> None:
         shape="worm-7x1", eta="evolved", sigma=0.1 + 0.2, threads=3, runs=2, seed=2**62
     )
     assert EvolveConfig.from_json(config.to_json()) == config
+
+
+def test_options_of_before_a_new_one_are_read_as_its_default() -> None:
+    config = EvolveConfig(shape="worm-7x1")
+    values = json.loads(config.to_json())
+    del values["terms"]
+    assert EvolveConfig.from_json(json.dumps(values)) == config
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"colour": 1}'])

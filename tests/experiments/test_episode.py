@@ -1,7 +1,7 @@
 """One life: the order of acting and sensing, and how speed is measured."""
 
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Any
 
 import pytest
 import torch
@@ -24,15 +24,17 @@ def born(config: EvolveConfig):
     return sim, networks
 
 
-@pytest.mark.parametrize("kind", ["hebbian", "mlp"])
+@pytest.mark.parametrize(
+    "options", [{}, {"terms": "BD"}, {"controller": "mlp"}], ids=["hebbian", "terms", "mlp"]
+)
 @pytest.mark.parametrize(
     ("loop", "tolerance"),
     [("torch", 0.0), ("fused", 1e-4)],  # float32 sums in another order, half a second long
 )
 def test_a_life_is_the_loop_of_the_paper(
-    tiny: EvolveConfig, kind: Literal["hebbian", "mlp"], loop: Any, tolerance: float
+    tiny: EvolveConfig, options: dict[str, Any], loop: Any, tolerance: float
 ) -> None:
-    config = replace(tiny, controller=kind)
+    config = replace(tiny, **options)
     life = live(*born(config), config.duration, loop=loop, trace=True)
 
     sim, networks = born(config)
