@@ -48,46 +48,59 @@ def uniform(bits):
 
 
 @ti.func
-def normal_pair(bits1, bits2):
-    """Two independent standard normal deviates (float32)."""
+def normal_pairs(bits1, bits2, T: ti.template()):
+    """Two independent standard normal deviates per lane (float32)."""
     # u in (0, 1] as m 2^e with m in [sqrt(1/2), sqrt(2)): log(u) by a series in m - 1 over m + 1.
-    u = uniform(bits1) + ti.f32(2.0**-25)
-    word = ti.bit_cast(u, ti.i32)
+    u = _uniforms(bits1, T) + ti.f32(2.0**-25)
+    word = T.flags([ti.bit_cast(u[lane], ti.i32) for lane in range(T.lanes)])
     exponent = (word - 0x3F3504F3) >> 23
-    m = ti.bit_cast(word - (exponent << 23), ti.f32)
+    mantissa = word - (exponent << 23)
+    m = T.singles([ti.bit_cast(mantissa[lane], ti.f32) for lane in range(T.lanes)])
     r = (m - ti.f32(1.0)) / (m + ti.f32(1.0))
     z = r * r
     series = ti.f32(2 / 9) * z + ti.f32(2 / 7)
     series = (series * z + ti.f32(2 / 5)) * z + ti.f32(2 / 3)
-    log_u = ti.cast(exponent, ti.f32) * ti.f32(_LOG_2) + r * (series * z + ti.f32(2.0))
+    whole = T.singles([ti.cast(exponent[lane], ti.f32) for lane in range(T.lanes)])
+    log_u = whole * ti.f32(_LOG_2) + r * (series * z + ti.f32(2.0))
     radius = ti.sqrt(ti.f32(-2.0) * log_u)
     # The angle in [-pi/4, pi/4) and one of four quarter turns.
-    quarter = ti.cast(bits2 >> ti.u32(30), ti.i32)
-    angle = (uniform(bits2 << ti.u32(2)) - ti.f32(0.5)) * ti.f32(math.pi / 2)
+    quarter = bits2 >> ti.u32(30)
+    angle = (_uniforms(bits2 << ti.u32(2), T) - ti.f32(0.5)) * ti.f32(math.pi / 2)
     a = angle * angle
     s = ((a * ti.f32(-1 / 5040) + ti.f32(1 / 120)) * a - ti.f32(1 / 6)) * a
     s = angle + angle * s
     c = (a * ti.f32(1 / 40320) - ti.f32(1 / 720)) * a + ti.f32(1 / 24)
     c = (c * a - ti.f32(0.5)) * a + ti.f32(1.0)
-    odd = (quarter & 1) == 1
+    odd = (quarter & ti.u32(1)) == ti.u32(1)
     x = ti.select(odd, s, c)
     y = ti.select(odd, c, s)
     return (
-        radius * ti.select(quarter >= 2, -x, x),
-        radius * ti.select((quarter == 1) | (quarter == 2), -y, y),
+        radius * ti.select(quarter >= ti.u32(2), x * ti.f32(-1.0), x),
+        radius * ti.select((quarter == ti.u32(1)) | (quarter == ti.u32(2)), y * ti.f32(-1.0), y),
     )
+
+
+@ti.func
+def _uniforms(bits, T: ti.template()):
+    """``uniform`` of every lane."""
+    return T.singles([uniform(bits[lane]) for lane in range(T.lanes)])
 
 
 @ti.func
 def add_to_readings(S: ti.template(), g, m: ti.template(), sigma, T: ti.template()):
     """Adds normal noise of standard deviation sigma to every reading; no clipping."""
-    for lane in range(T.lanes):
-        step_key = key(S, g, m, lane)
-        for pair in range((m.readings + 1) // 2):
-            first, second = normal_pair(
-                bits(step_key, FIRST_NORMAL, pair), bits(step_key, SECOND_NORMAL, pair)
-            )
-            o = m.reading_block + 2 * pair
-            S[g, o][lane] = S[g, o][lane] + sigma * ti.cast(first, T.f)
-            if 2 * pair + 1 < m.readings:
-                S[g, o + 1][lane] = S[g, o + 1][lane] + sigma * ti.cast(second, T.f)
+    step_keys = T.words([key(S, g, m, lane) for lane in range(T.lanes)])
+    for pair in range((m.readings + 1) // 2):
+        first, second = normal_pairs(
+            bits(step_keys, FIRST_NORMAL, pair), bits(step_keys, SECOND_NORMAL, pair), T
+        )
+        o = m.reading_block + 2 * pair
+        S[g, o] = S[g, o] + sigma * _widened(first, T)
+        if 2 * pair + 1 < m.readings:
+            S[g, o + 1] = S[g, o + 1] + sigma * _widened(second, T)
+
+
+@ti.func
+def _widened(x, T: ti.template()):
+    """Single-precision lanes in the precision of the simulation."""
+    return T.vec([ti.cast(x[lane], T.f) for lane in range(T.lanes)])

@@ -24,16 +24,23 @@ _TANH_Q = (
 @ti.func
 def polynomial(z, coefficients: ti.template(), T: ti.template()):
     """The polynomial in z with these coefficients, the highest power first."""
-    result = T.vec(0.0)
-    for c in ti.static(coefficients):
+    result = T.vec(coefficients[0])
+    for c in ti.static(coefficients[1:]):
         result = result * z + T.f(c)
     return result
 
 
 @ti.func
 def any_lane(mask, T: ti.template()):
-    """Whether the mask is set in any lane."""
-    return ti.select(mask, T.vec(1.0), T.vec(0.0)).max() > T.f(0.0)
+    """Whether the mask is set in any lane.
+
+    LLVM makes two instructions of this chain, but one after the other of a chain of ``max``.
+    """
+    flags = ti.select(mask, T.flags(1), T.flags(0))
+    union = 0
+    for lane in ti.static(range(T.lanes)):
+        union = union | flags[lane]
+    return union != 0
 
 
 @ti.func

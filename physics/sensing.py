@@ -35,6 +35,7 @@ def sense(
     One loop over readings in which each piece of code stands once: kernels compile in a time
     that grows with the square of their size.
     """
+    interval = -1  # whose window the header describes
     for r in range(m.readings):
         row = m.reading_table + READING_ROW * r
         kind = mi[row + RE_KIND]
@@ -51,6 +52,9 @@ def sense(
             else:
                 value = _own_velocity(S, g, block, c, s, kind == VELOCITY_X, T)
         if mi[row + RE_SLOTS] > 0:
+            if mi[row + RE_INTERVAL] != interval:
+                interval = mi[row + RE_INTERVAL]
+                _find_window(S, g, m, mi, row, T)
             value = _average(S, g, m, mi, row, value, T)
         if kind != TOUCH and kind != RAY:
             value = T.f(0.5) + T.f(0.5) * tanh(value, T)
@@ -124,21 +128,28 @@ def _own_velocity(S: ti.template(), g, block, c, s, along_x, T: ti.template()):
 
 
 @ti.func
-def _average(
-    S: ti.template(), g, m: ti.template(), mi: ti.template(), row, value, T: ti.template()
-):
-    """Puts a sample into a reading's ring and averages its window.
+def _find_window(S: ti.template(), g, m: ti.template(), mi: ti.template(), row, T: ti.template()):
+    """Where the window over a reading's interval stands after this step, lane by lane.
 
     Each lane has its own step count k: the sample goes to slot k mod slots, and the window
-    holds the last ``interval_table[k]`` samples. Before the first step the value is 0.
+    holds the last ``interval_table[k]`` samples.
     """
     slots = mi[row + RE_SLOTS]
-    ring = m.rings + mi[row + RE_RING]
     table = m.interval_table + mi[row + RE_INTERVAL] * m.interval_steps
     for lane in range(T.lanes):
         k = ti.cast(S[g, m.header + lay.H_STEP][lane], ti.i32)
         S[g, m.header + lay.H_PLACE][lane] = ti.cast(k % slots, T.f)
         S[g, m.header + lay.H_LENGTH][lane] = ti.cast(mi[table + k - 1], T.f) if k > 0 else T.f(0.0)
+
+
+@ti.func
+def _average(
+    S: ti.template(), g, m: ti.template(), mi: ti.template(), row, value, T: ti.template()
+):
+    """Puts a sample into a reading's ring and averages its window; before the first step the
+    value is 0."""
+    slots = mi[row + RE_SLOTS]
+    ring = m.rings + mi[row + RE_RING]
     place = S[g, m.header + lay.H_PLACE]
     length = S[g, m.header + lay.H_LENGTH]
     total = T.vec(0.0)
