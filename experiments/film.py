@@ -19,21 +19,21 @@ from torch import Tensor
 from experiments import controller, seeds
 from experiments.champion import Champions
 from experiments.config import EvolveConfig, fresh_terrain
+from experiments.dynamics import period_of
 from experiments.episode import driver
 from experiments.evaluate import world
 from physics import Apparatus, Terrain, movie, render
 from physics.clock import steps_in
 from physics.material import DT
 
-__all__ = ["Recording", "film_run", "gait_period", "record"]
+__all__ = ["Recording", "film_run", "record"]
 
 _START = 20.0  # of the film [s]: by then plastic robots have learned to walk (paper, Fig. 6)
 _GIF_STEPS, _MP4_STEPS = 3, 2  # control steps per picture: 20 and 30 pictures per second
 _GIF_WIDTH, _MP4_WIDTH = 600, 1280  # [pixels]
 _STRIP_FRAMES = 8
 _JOURNEY_FRAMES = 6  # at most
-_LEAST_PERIOD, _USUAL_PERIOD = 0.15, 2.0  # of a gait [s]; the usual one is a worm's (Sec. IV-C)
-_PERIODIC = 0.3  # least autocorrelation of a gait that repeats itself
+_USUAL_PERIOD = 2.0  # of a gait [s]: a worm's (Sec. IV-C)
 
 
 @dataclass(frozen=True)
@@ -128,11 +128,11 @@ def record(
         ValueError: as in :func:`film_run`.
     """
     first, last = _window(config.duration, start, seconds)
-    config = replace(config, device="cpu", threads=1)  # one robot gains nothing from more
+    config = replace(config, threads=1)  # one robot gains nothing from more
     terrain = Terrain.from_name(fresh_terrain(config.terrain, seed))
     sim = world(config, [terrain], [seeds.derive(0, "unseen", seed)])
     network = controller.build(config, 1)
-    network.set_genomes(genome[None].cpu())
+    network.set_genomes(genome[None])
     state = controller.birth(network, config.init, [seeds.derive(0, "unseen-init", seed)])
     frames: list[render.Frame] = []
     with torch.inference_mode():
@@ -143,8 +143,9 @@ def record(
             drive.run(sim, 1)
             if sim.failed()[0]:
                 break
-            poses = sim.mass_poses()[0].double().numpy()
-            rays = lidar_rays(poses, sim.readings()[0].double().numpy(), sim.apparatus)
+            poses = sim.mass_poses()[0].double().cpu().numpy()
+            readings = sim.readings()[0].double().cpu().numpy()
+            rays = lidar_rays(poses, readings, sim.apparatus)
             frames.append(render.Frame(poses, sim.time, rays=rays))
     if len(frames) < 2:
         raise ValueError(
@@ -180,37 +181,10 @@ def lidar_rays(poses: np.ndarray, readings: np.ndarray, apparatus: Apparatus) ->
     return np.array(rays) if rays else None
 
 
-def gait_period(levels: np.ndarray, dt: float) -> float | None:
-    """Period of a gait [s]: the first lag at which the voxels' states correlate about as well
-    with themselves as at any other; None if they do not repeat themselves.
-
-    Args:
-        levels: of the voxels, shape (T, V).
-        dt: time between them [s].
-    """
-    deviations = levels - levels.mean(axis=0)
-    power = float((deviations**2).mean())
-    if power == 0:
-        return None
-    correlations = np.array(
-        [
-            (deviations[lag:] * deviations[:-lag]).mean() / power
-            for lag in range(1, len(levels) // 2)
-        ]
-    )
-    lags = np.arange(2, len(correlations))  # a peak needs a neighbour on either side
-    here, before, after = (correlations[lags - 1 + shift] for shift in (0, -1, 1))
-    peaks = lags[(here > before) & (here >= after) & (lags * dt >= _LEAST_PERIOD)]
-    heights = correlations[peaks - 1]
-    if not len(peaks) or heights.max() < _PERIODIC:
-        return None
-    return float(peaks[np.argmax(heights >= 0.9 * heights.max())]) * dt
-
-
 def draw_gait(recording: Recording) -> Image.Image:
     """One page: a cycle of the gait, and the way made during the recording."""
     frames = recording.frames
-    period = gait_period(np.stack([frame.levels for frame in frames]), DT)
+    period = period_of(np.stack([frame.levels for frame in frames]))
     cycle = "one cycle of the gait" if period else "the gait"
     steps = min((period or _USUAL_PERIOD) / DT, len(frames) - 1)
     chosen = np.linspace(0, steps, _STRIP_FRAMES, endpoint=False).round().astype(int)

@@ -22,7 +22,7 @@ from torch import Tensor
 import hebbtorch
 from physics import Simulator, actuate, rollout
 from physics import layout as lay
-from physics.backend import Features, ti
+from physics.backend import Program, ti, unpacked
 from physics.numerics import tanh
 
 __all__ = ["Brain", "pack"]
@@ -112,8 +112,8 @@ def _scale_row(brain: ti.template(), g, row, n_in, squares, T: ti.template()):
 
 
 @lru_cache
-def _kernel(dtype: torch.dtype, lanes: int, features: Features) -> Any:
-    return rollout.closed_loop(dtype, lanes, features, _think)
+def _kernel(program: Program) -> Any:
+    return rollout.closed_loop(program, _think)
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,8 @@ class Brain:
     """The networks of a batch of worlds, packed for the kernel.
 
     Attributes:
-        items: (groups, items, lanes); the weights in it change as the worlds live.
+        items: (groups, items, lanes), their memory in the order of kernels; the weights in it
+            change as the worlds live.
         network: where it came from.
         shapes: of the state's weights, (*lead, out, in) per layer.
     """
@@ -132,7 +133,7 @@ class Brain:
 
     def run(self, sim: Simulator, steps: int) -> None:
         """Lets the worlds of ``sim`` live for some control steps."""
-        sim.run_closed_loop(_kernel(sim.dtype, sim.lanes, sim.features), self.items, steps)
+        sim.run_closed_loop(_kernel(sim.program), self.items, steps)
 
     def activations(self) -> tuple[Tensor, ...]:
         """Of all neurons in the last step, the inputs first: per layer (worlds, neurons)."""
@@ -182,8 +183,8 @@ def pack(
     header = [len(network.sizes) - 1, _stride(network), bool(layers) and plastic, normalize]
     header += network.sizes
     rows = [
-        torch.tensor(header, dtype=sim.dtype).expand(sim.n_worlds, -1),
-        torch.zeros(sim.n_worlds, sum(network.sizes), dtype=sim.dtype),
+        torch.tensor(header, dtype=sim.dtype, device=sim.device).expand(sim.n_worlds, -1),
+        torch.zeros(sim.n_worlds, sum(network.sizes), dtype=sim.dtype, device=sim.device),
     ]
     for index, weights in enumerate(state.weights):
         parts = [weights]
@@ -191,12 +192,12 @@ def pack(
             layer = layers[index]
             parts += [layer.learning_rate() * c for c in layer.coefficients()]
         synapses = torch.stack([part.detach().expand(weights.shape) for part in parts], -1)
-        rows.append(synapses.reshape(sim.n_worlds, -1).to(sim.dtype))
+        rows.append(synapses.reshape(sim.n_worlds, -1).to(sim.device, sim.dtype))
     worlds = torch.cat(rows, 1)
     groups = -(-sim.n_worlds // sim.lanes)
     items = worlds.new_zeros(groups * sim.lanes, worlds.shape[1])
     items[: sim.n_worlds] = worlds
-    items = items.unflatten(0, (groups, sim.lanes)).movedim(1, -1).contiguous()
+    items = unpacked(items.unflatten(0, (groups, sim.lanes)).movedim(1, -1), sim.lanes)
     return Brain(items, network, tuple(weights.shape for weights in state.weights))
 
 

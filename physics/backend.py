@@ -7,6 +7,10 @@ Worlds are simulated in groups: every quantity of a group is one vector with a l
 Kernels are strict IEEE (``fast_math=False``): a world's result depends neither on its lane nor on
 its neighbours.
 
+With one lane per group a kernel is the scalar program, a world per thread, and the tensors lie the
+other way round: an item of all worlds side by side. That is how a GPU runs; the CPU can run it too,
+which is how it is checked.
+
 ``real_matrix_scalarize=False`` keeps these vectors whole down to LLVM's own vector types. Measured
 against the default, which takes them apart and leaves it to LLVM to find them again: 2.3 times
 the speed, a quarter of the compile time. In this mode Taichi 1.7.4 knows only part of its
@@ -27,10 +31,12 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import torch
+from torch import Tensor
 
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
 
 import taichi as ti
+from taichi.lang import impl as _impl
 
 _NARROW, _WIDE = 8, 16  # worlds per group
 # A CPU range-for of Taichi is never split below this many iterations, so a loop over chunks runs
@@ -38,23 +44,35 @@ _NARROW, _WIDE = 8, 16  # worlds per group
 GRAIN = 512
 
 _lock = threading.Lock()
-_started = False
+_started = ""  # "cpu" or "cuda"
 
 
-def start() -> None:
+def start(device: str) -> None:
     """Starts Taichi once per process; a second call does nothing.
 
     A second ``ti.init`` would invalidate every compiled kernel, hence the guard.
+
+    Args:
+        device: "cpu" or "cuda".
+
+    Raises:
+        ValueError: this process simulates on the other one already.
+
     ``default_fp`` is f64 so that literals keep their digits; kernels cast them to their own
     type. ``cfg_optimization`` is off because it costs compile time for no speed.
     """
     global _started
     with _lock:
+        if _started not in ("", device):
+            raise ValueError(
+                f"device: expected {_started}, on which this process simulates already, got "
+                f"{device}; use a process for each"
+            )
         if _started:
             return
         with contextlib.redirect_stdout(io.StringIO()):  # its greeting
             ti.init(
-                arch=ti.cpu,
+                arch=ti.cuda if device == "cuda" else ti.cpu,
                 default_fp=ti.f64,
                 default_ip=ti.i32,
                 fast_math=False,
@@ -62,7 +80,7 @@ def start() -> None:
                 log_level=ti.WARN,
                 real_matrix_scalarize=False,
             )
-        _started = True
+        _started = device
 
 
 class Features(NamedTuple):
@@ -74,7 +92,13 @@ class Features(NamedTuple):
     """Squares that land are stopped where they touch the ground."""
 
 
-_PLAIN = Features()
+class Program(NamedTuple):
+    """What a kernel is compiled for."""
+
+    dtype: torch.dtype
+    lanes: int
+    features: Features = Features()
+    device: str = "cpu"
 
 
 @dataclass(frozen=True)
@@ -87,6 +111,7 @@ class Real:
         lanes: worlds per group.
         double: whether f is float64.
         features: stages of the engine that the kernel has.
+        on_gpu: whether it runs on a GPU.
     """
 
     f: Any
@@ -94,31 +119,80 @@ class Real:
     lanes: int
     double: bool
     features: Features
+    on_gpu: bool
+
+    @property
+    def flags(self) -> Any:
+        """One int32 per lane."""
+        return ti.types.vector(self.lanes, ti.i32)
+
+    @property
+    def words(self) -> Any:
+        """One uint32 per lane."""
+        return ti.types.vector(self.lanes, ti.u32)
+
+    @property
+    def singles(self) -> Any:
+        """One float32 per lane."""
+        return ti.types.vector(self.lanes, ti.f32)
 
     @property
     def array(self) -> Any:
-        """Kernel argument: (groups, items) of lane vectors, a contiguous torch tensor
-        (groups, items, lanes)."""
+        """Kernel argument: lane vectors, a contiguous torch tensor (groups, items, lanes), or
+        (items, groups, 1) in the scalar program. Kernels use it through `view`."""
         return ti.types.ndarray(dtype=self.vec, ndim=2)
+
+    @property
+    def grain(self) -> int:
+        """Iterations of a parallel loop for each chunk of groups, see GRAIN."""
+        return 1 if self.on_gpu else GRAIN
+
+    def view(self, array: Any) -> View:
+        """In a kernel: an array of groups and items, to be indexed as ``[group, item]``."""
+        return View(array, self.lanes == 1)
 
     def scalars(self, ndim: int) -> Any:
         """Kernel argument: a contiguous torch tensor of ndim dimensions."""
         return ti.types.ndarray(dtype=self.f, ndim=ndim)
 
 
-def real(dtype: torch.dtype, lanes: int = _NARROW, features: Features = _PLAIN) -> Real:
-    """The Real of a torch dtype.
+def real(program: Program) -> Real:
+    """The Real of a program.
 
     Raises:
-        ValueError: dtype is neither float32 nor float64.
+        ValueError: its dtype is neither float32 nor float64.
     """
+    dtype, lanes, features, device = program
     if dtype not in (torch.float32, torch.float64):
         raise ValueError(
             f"dtype: expected torch.float32 or torch.float64, got {dtype}; choose one of these"
         )
     double = dtype == torch.float64
     f = ti.f64 if double else ti.f32
-    return Real(f, ti.types.vector(lanes, f), lanes, double, features)
+    return Real(f, ti.types.vector(lanes, f), lanes, double, features, device == "cuda")
+
+
+class View:
+    """A kernel's array, (groups, items) or (items, groups), indexed as ``[group, item]``.
+
+    It exists while a kernel is compiled only, and leaves no trace in it.
+    """
+
+    _data_oriented = True  # lets Taichi pass it on as it is
+
+    def __init__(self, array: Any, items_first: bool) -> None:
+        self._array = array
+        self._items_first = items_first
+
+    @property
+    def groups(self) -> Any:
+        """Their number."""
+        return self._array.shape[int(self._items_first)]
+
+    def __getitem__(self, index: tuple[Any, Any]) -> Any:
+        group, item = index
+        place = (item, group) if self._items_first else (group, item)
+        return _impl.subscript(None, self._array, *place)
 
 
 def integers(ndim: int) -> Any:
@@ -126,20 +200,35 @@ def integers(ndim: int) -> Any:
     return ti.types.ndarray(dtype=ti.i32, ndim=ndim)
 
 
-def lanes_for(n_worlds: int, dtype: torch.dtype, threads: int | None) -> int:
+def packed(items: Tensor, lanes: int) -> Tensor:
+    """A tensor of groups and items, (groups, items, ...), as kernels take it; a view of it if its
+    memory is in that order, as that of `unpacked` tensors is."""
+    return (items.transpose(0, 1) if lanes == 1 else items).contiguous()
+
+
+def unpacked(items: Tensor, lanes: int) -> Tensor:
+    """The same values (groups, items, ...), with their memory in the order of kernels."""
+    kernels = packed(items, lanes)
+    return kernels.transpose(0, 1) if lanes == 1 else kernels
+
+
+def lanes_for(n_worlds: int, dtype: torch.dtype, threads: int | None, device: str) -> int:
     """The fastest number of worlds per group; results do not depend on it.
 
     Sixteen float32 worlds fill the widest vectors and run 1.4 times as fast as twice eight, if
-    they leave every thread a group of its own; in float64 eight already fill them.
+    they leave every thread a group of its own; in float64 eight already fill them. A GPU has
+    threads enough for every world.
     """
+    if device == "cuda":
+        return 1
     groups = -(-n_worlds // _WIDE)
     wide = dtype == torch.float32 and n_worlds > _NARROW and groups >= _available(threads)
     return _WIDE if wide else _NARROW
 
 
-def chunks(groups: int, threads: int | None) -> int:
+def chunks(groups: int, threads: int | None, device: str) -> int:
     """Into how many chunks a parallel loop over groups is cut: one per thread that runs."""
-    return max(1, min(groups, _available(threads)))
+    return groups if device == "cuda" else max(1, min(groups, _available(threads)))
 
 
 def _available(threads: int | None) -> int:

@@ -9,16 +9,12 @@ from functools import lru_cache
 from types import SimpleNamespace
 from typing import Any
 
-import torch
-
 from physics import actuate, backend, ground, meetings
 from physics import layout as lay
-from physics.backend import Features, ti
+from physics.backend import Program, ti
 from physics.model import load_sizes
 from physics.sensing import sense
 from physics.step import engine_step
-
-_GRAIN = backend.GRAIN
 
 
 @ti.func
@@ -46,11 +42,11 @@ def _take_commands(
 
 
 @lru_cache
-def kernels(dtype: torch.dtype, lanes: int, features: Features) -> SimpleNamespace:
+def kernels(program: Program) -> SimpleNamespace:
     """The kernels that need no controller: ``look`` (contacts and readings of the present
     poses) and ``play`` (steps under given actuations)."""
-    backend.start()
-    T = backend.real(dtype, lanes, features)
+    backend.start(program.device)
+    T = backend.real(program)
 
     @ti.kernel
     def look(
@@ -61,14 +57,15 @@ def kernels(dtype: torch.dtype, lanes: int, features: Features) -> SimpleNamespa
         mf: T.scalars(1),  # type: ignore[valid-type]
         readings: T.scalars(2),  # type: ignore[valid-type]
     ):
-        for g in range(S.shape[0]):
+        state, contacts = ti.static((T.view(S), T.view(lists)))
+        for g in range(state.groups):
             m = load_sizes(mi)
-            ground.update_window(S, terrain, g, m, mf, T)
-            ground.detect(S, lists, g, m, T)
+            ground.update_window(state, terrain, g, m, mf, T)
+            ground.detect(state, contacts, g, m, T)
             if ti.static(T.features.self_collision):
-                meetings.detect(S, lists, g, m, mi, T)
-            sense(S, g, m, mi, mf, T)
-            _publish(S, g, m, readings, T)
+                meetings.detect(state, contacts, g, m, mi, T)
+            sense(state, g, m, mi, mf, T)
+            _publish(state, g, m, readings, T)
 
     @ti.kernel
     def play(
@@ -81,29 +78,28 @@ def kernels(dtype: torch.dtype, lanes: int, features: Features) -> SimpleNamespa
         readings: T.scalars(2),  # type: ignore[valid-type]
         chunks: ti.i32,
     ):
-        for q in range(chunks * _GRAIN):
-            if q % _GRAIN == 0:
+        state, contacts = ti.static((T.view(S), T.view(lists)))
+        for q in range(chunks * T.grain):
+            if q % T.grain == 0:
                 m = load_sizes(mi)
-                chunk = q // _GRAIN
-                for g in range(chunk * S.shape[0] // chunks, (chunk + 1) * S.shape[0] // chunks):
+                chunk = q // T.grain
+                for g in range(
+                    chunk * state.groups // chunks, (chunk + 1) * state.groups // chunks
+                ):
                     for t in range(actions.shape[0]):
-                        _take_commands(S, g, m, actions, t, T)
-                        engine_step(S, lists, terrain, g, m, mi, mf, T)
-                        sense(S, g, m, mi, mf, T)
-                    _publish(S, g, m, readings, T)
+                        _take_commands(state, g, m, actions, t, T)
+                        engine_step(state, contacts, terrain, g, m, mi, mf, T)
+                        sense(state, g, m, mi, mf, T)
+                    _publish(state, g, m, readings, T)
 
     return SimpleNamespace(look=look, play=play)
 
 
-def closed_loop(
-    dtype: torch.dtype, lanes: int, features: Features, controller: Callable[..., Any]
-) -> Any:
+def closed_loop(program: Program, controller: Callable[..., Any]) -> Any:
     """A kernel that runs whole stretches of life with the controller inside.
 
     Args:
-        dtype: of the simulation, float32 or float64.
-        lanes: worlds per group.
-        features: stages that the kernel has; the code of others is left out.
+        program: what it is compiled for.
         controller: a Taichi function ``(S, brain, g, m, T)`` that reads the readings from
             ``S[g, m.reading_block + r]`` and calls ``physics.actuate.command`` for every voxel;
             ``brain`` is a tensor (groups, items, lanes) of its own.
@@ -111,8 +107,8 @@ def closed_loop(
     Returns:
         ``kernel(S, lists, terrain, mi, mf, brain, steps, chunks)``.
     """
-    backend.start()
-    T = backend.real(dtype, lanes, features)
+    backend.start(program.device)
+    T = backend.real(program)
 
     @ti.kernel
     def live(
@@ -125,14 +121,17 @@ def closed_loop(
         steps: ti.i32,
         chunks: ti.i32,
     ):
-        for q in range(chunks * _GRAIN):
-            if q % _GRAIN == 0:
+        state, contacts, network = ti.static((T.view(S), T.view(lists), T.view(brain)))
+        for q in range(chunks * T.grain):
+            if q % T.grain == 0:
                 m = load_sizes(mi)
-                chunk = q // _GRAIN
-                for g in range(chunk * S.shape[0] // chunks, (chunk + 1) * S.shape[0] // chunks):
+                chunk = q // T.grain
+                for g in range(
+                    chunk * state.groups // chunks, (chunk + 1) * state.groups // chunks
+                ):
                     for _ in range(steps):
-                        engine_step(S, lists, terrain, g, m, mi, mf, T)
-                        sense(S, g, m, mi, mf, T)
-                        controller(S, brain, g, m, T)
+                        engine_step(state, contacts, terrain, g, m, mi, mf, T)
+                        sense(state, g, m, mi, mf, T)
+                        controller(state, network, g, m, T)
 
     return live

@@ -62,9 +62,18 @@ def device(spec: str | torch.device) -> torch.device:
         chosen = torch.device(spec)
     except (RuntimeError, TypeError):  # torch knows no such device
         chosen = None
-    if chosen is None or chosen.type != "cpu":
-        raise ValueError(f'device: expected "cpu", got {spec!r}')
+    if chosen is None or chosen.type not in ("cpu", "cuda"):
+        raise ValueError(f'device: expected "cpu" or "cuda", got {spec!r}')
+    if chosen.type == "cuda" and not torch.cuda.is_available():
+        raise ValueError(f'device: expected "cpu", for PyTorch finds no GPU here, got {spec!r}')
     return chosen
+
+
+def lanes(value: int, device_type: str) -> int:
+    """The value, if a program with so many worlds per group runs on the device."""
+    if device_type == "cuda" and value != 1:
+        raise ValueError(f"lanes: expected 1 on a GPU, got {value!r}; leave it out")
+    return positive_integer("lanes", value)
 
 
 def world_seeds(seed: int | Sequence[int], n_worlds: int) -> Tensor:

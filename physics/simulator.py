@@ -57,7 +57,8 @@ class Simulator:
             noise: standard deviation of the readings' noise, in units of each sensor's range.
             gravity: downward acceleration [m/s^2].
             dtype: torch.float32 or torch.float64.
-            device: where the state lives.
+            device: where the state lives: "cpu", or "cuda" where PyTorch finds a GPU; a process
+                simulates on one of them.
             seed: of noise and damage: an integer, from which every world's seed is derived, or
                 N integers, one per world.
             damage: when and how voxels break.
@@ -87,11 +88,13 @@ class Simulator:
         self._terrains = setup.terrain_list(terrain, self.n_worlds)
         if threads is not None:
             setup.positive_integer("threads", threads)
+        device_type = self.device.type
         if lanes is None:
-            lanes = backend.lanes_for(self.n_worlds, dtype, threads)
-        self.lanes = setup.positive_integer("lanes", lanes)
-        self.features = self._engine.features(self.morphology)
-        self._kernels = rollout.kernels(dtype, lanes, self.features)
+            lanes = backend.lanes_for(self.n_worlds, dtype, threads, device_type)
+        self.lanes = setup.lanes(lanes, device_type)
+        features = self._engine.features(self.morphology)
+        self.program = backend.Program(dtype, lanes, features, device_type)
+        self._kernels = rollout.kernels(self.program)
         groups = -(-self.n_worlds // lanes)
         self._segments, profiles = setup.pack_terrains(
             self._terrains, self._extent(), groups * lanes
@@ -99,7 +102,7 @@ class Simulator:
         self._profiles = torch.from_numpy(profiles).to(self.device, dtype)
         self._build(_FIRST_STEPS)
         self._state = st.allocate(self._model.layout, self.n_worlds, lanes, dtype, self.device)
-        self._chunks = backend.chunks(groups, threads)
+        self._chunks = backend.chunks(groups, threads, device_type)
         self.reset()
 
     # --- life -----------------------------------------------------------------------------------
@@ -149,13 +152,14 @@ class Simulator:
             Readings after the last step, (N, R), or None without sensors.
 
         Raises:
-            ValueError: wrong shape, or not finite.
+            ValueError: wrong shape, or not finite (on a GPU, where it would take a wait to look,
+                the world fails instead).
         """
         setup.tensor(
             "actuations", actuations, steps=None, worlds=self.n_worlds, voxels=self.n_voxels
         )
         actions = actuations.detach().to(self.device, self.dtype).contiguous()
-        if not bool(torch.isfinite(actions).all()):
+        if self.device.type == "cpu" and not bool(torch.isfinite(actions).all()):
             raise ValueError("actuation: expected finite numbers, got NaN or infinity")
         self._reserve(actions.shape[0])
         readings = self._readings()
@@ -168,11 +172,13 @@ class Simulator:
 
         Args:
             kernel: built for this simulator's dtype and lanes.
-            brain: the controller's tensor, (groups, items, lanes), changed in place.
+            brain: the controller's tensor, (groups, items, lanes), changed in place; its memory
+                in the order of kernels (`backend.unpacked`).
             steps: how many.
         """
         self._reserve(steps)
-        kernel(*self._tensors(), brain, steps, self._chunks)
+        packed_brain = backend.packed(brain, self.lanes)
+        kernel(*self._tensors(), packed_brain, steps, self._chunks)
         self._steps += steps
 
     # --- what can be seen -----------------------------------------------------------------------
@@ -344,7 +350,8 @@ class Simulator:
     def _tensors(self) -> tuple[Tensor, ...]:
         """What every kernel takes first."""
         s = self._state
-        return s.items, s.lists, self._profiles, self._integers, self._numbers
+        items, lists = (backend.packed(tensor, self.lanes) for tensor in (s.items, s.lists))
+        return items, lists, self._profiles, self._integers, self._numbers
 
     def _readings(self) -> Tensor:
         return torch.zeros(

@@ -14,6 +14,7 @@ from torch import Tensor
 
 from physics import layout as lay
 from physics import material
+from physics.backend import unpacked
 from physics.layout import Layout
 from physics.morphology import Morphology
 from physics.terrain import Terrain
@@ -29,8 +30,9 @@ class State:
     """Tensors that a step changes.
 
     Attributes:
-        items: (groups, layout.items, lanes), the float type of the simulation.
-        lists: contact and rope lists, (groups, layout.list_items), int32.
+        items: (groups, layout.items, lanes), the float type of the simulation, their memory in
+            the order of kernels (`backend.packed`).
+        lists: contact and rope lists, (groups, layout.list_items), int32, likewise.
         layout: where things lie in them.
         n_worlds: N; the lanes beyond are padding.
     """
@@ -75,9 +77,11 @@ def allocate(
 ) -> State:
     """An all-zero state for N worlds."""
     groups = -(-n_worlds // lanes)
+    items = torch.zeros(groups, layout.items, lanes, dtype=dtype, device=device)
+    lists = torch.zeros(groups, layout.list_items, dtype=torch.int32, device=device)
     return State(
-        items=torch.zeros(groups, layout.items, lanes, dtype=dtype, device=device),
-        lists=torch.zeros(groups, layout.list_items, dtype=torch.int32, device=device),
+        items=unpacked(items, lanes),
+        lists=unpacked(lists, lanes),
         layout=layout,
         n_worlds=n_worlds,
     )

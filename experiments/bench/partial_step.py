@@ -38,8 +38,8 @@ STAGES = {
 @lru_cache
 def _kernel(dtype: torch.dtype, lanes: int) -> Any:
     """A step with the stages of a mask, a number of times from the same state."""
-    backend.start()
-    T = backend.real(dtype, lanes)
+    backend.start("cpu")
+    T = backend.real(backend.Program(dtype, lanes))
 
     @ti.kernel
     def rounds(

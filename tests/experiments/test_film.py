@@ -10,7 +10,7 @@ from PIL import Image
 from experiments import controller
 from experiments.champion import Champions
 from experiments.config import EvolveConfig
-from experiments.film import film_run, gait_period, lidar_rays, record
+from experiments.film import film_run, lidar_rays, record
 from experiments.reassess import reassess
 from physics import Apparatus, Simulator
 from physics.apparatus import Sensor
@@ -76,26 +76,6 @@ def test_rays_are_as_long_as_the_lidar_reads():
 def test_without_lidar_there_are_no_rays():
     apparatus = Apparatus(((Sensor("area"),),))
     assert lidar_rays(np.zeros((1, 4, 3)), np.array([0.5]), apparatus) is None
-
-
-# --- the gait -----------------------------------------------------------------------------------
-
-TIMES = np.arange(480) / 60
-
-
-def test_period_of_a_gait_with_overtones():
-    phases = np.array([0.0, 1.0, 4.0])
-    turns = 2 * np.pi * TIMES[:, None] / 1.5 + phases
-    levels = 0.3 + np.sin(turns) + 0.6 * np.sin(2 * turns + 1)
-    assert gait_period(levels, 1 / 60) == pytest.approx(1.5, abs=0.02)
-
-
-def test_what_does_not_repeat_itself_has_no_period():
-    noise = np.random.default_rng(0).normal(size=(480, 4))
-    assert gait_period(noise, 1 / 60) is None
-    assert gait_period(np.ones((480, 4)), 1 / 60) is None
-    assert gait_period(np.exp(-TIMES)[:, None], 1 / 60) is None
-    assert gait_period(np.sin(TIMES[:3])[:, None], 1 / 60) is None
 
 
 # --- files --------------------------------------------------------------------------------------

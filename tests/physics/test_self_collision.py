@@ -157,7 +157,7 @@ def test_left_without_a_choice_robots_collide_if_their_legs_could_meet(shape, co
     ends = []
     for engine in (None, Engine(self_collision=collides)):
         sim = Simulator(shape, HILLS, engine=engine)
-        assert sim.features.self_collision == collides
+        assert sim.program.features.self_collision == collides
         sim.run(gaits(90, 1, sim.n_voxels))
         ends.append(sim.mass_poses())
     assert torch.equal(*ends)

@@ -1,0 +1,95 @@
+"""The simulator on a GPU beside itself on the CPU; skipped where PyTorch finds no GPU.
+
+The scalar program that a GPU runs is also checked without one, as ``lanes=1``, in test_batch.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from scipy.stats import spearmanr
+
+from physics import Simulator
+
+needs_gpu = pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a GPU")
+
+# A process simulates on one device, so each has one of its own. It prints nothing and saves
+# centres of mass after the first second and speeds over 20 s, (gaits,).
+_OPEN_LOOP = """
+import sys, torch
+from physics import Simulator, Terrain
+from tests.physics.worlds import gaits
+device, file = sys.argv[1:]
+terrains = [Terrain.from_name(f"hilly-3-30-{seed % 20}") for seed in range(100)]
+sim = Simulator("worm-7x1", terrains, 100, sensors="high", device=device)
+actuations = gaits(1200, 100, 7)
+readings = sim.run(actuations[:60])
+early = sim.center_of_mass()
+sim.run(actuations[60:])
+speeds = (sim.center_of_mass() - early)[:, 0] / 19
+assert readings.device.type == early.device.type == device
+torch.save((early.cpu(), readings.cpu(), speeds.cpu()), file)
+"""
+_CLOSED_LOOP = """
+import sys, torch
+from experiments import controller, evaluate, seeds
+from experiments.config import EvolveConfig
+device, file = sys.argv[1:]
+config = EvolveConfig(sensors="high", duration=1.0, device=device, runs=1, population=40)
+evaluator = evaluate.Evaluator(config)
+genomes = torch.rand(1, 40, evaluator.n_genes, generator=torch.Generator().manual_seed(1)) * 2 - 1
+life = evaluator(genomes.to(device), 1)
+assert life.state.weights[0].device.type == device
+torch.save((life.speed.cpu(), life.state.weights[0].cpu()), file)
+"""
+
+
+def on(device: str, script: str, folder: Path) -> tuple[torch.Tensor, ...]:
+    """What a script saves on a device."""
+    file = folder / device
+    subprocess.run(
+        [sys.executable, "-c", script, device, str(file)],
+        check=True,
+        cwd=Path(__file__).parents[2],
+    )
+    return torch.load(file, weights_only=True)
+
+
+@needs_gpu
+def test_a_gpu_follows_the_cpu(tmp_path: Path) -> None:
+    (early, readings, speeds), (their_early, their_readings, their_speeds) = (
+        on(device, _OPEN_LOOP, tmp_path) for device in ("cuda", "cpu")
+    )
+    assert (early - their_early).abs().max() < 1e-4
+    assert (readings - their_readings).abs().max() < 1e-3
+    assert spearmanr(speeds, their_speeds).statistic > 0.97
+    assert np.abs(speeds - their_speeds).mean() < 0.02
+
+
+@needs_gpu
+def test_the_closed_loop_on_a_gpu_follows_that_on_the_cpu(tmp_path: Path) -> None:
+    (speed, weights), (their_speed, their_weights) = (
+        on(device, _CLOSED_LOOP, tmp_path) for device in ("cuda", "cpu")
+    )
+    assert (speed - their_speed).abs().max() < 1e-4
+    assert (weights - their_weights).abs().max() < 1e-3
+
+
+@pytest.mark.skipif(torch.cuda.is_available(), reason="needs a machine without a GPU")
+def test_without_a_gpu_it_is_refused() -> None:
+    with pytest.raises(ValueError, match="PyTorch finds no GPU here, got 'cuda'"):
+        Simulator("box-1x1", None, device="cuda")
+
+
+def test_a_process_simulates_on_one_device(monkeypatch: pytest.MonkeyPatch) -> None:
+    Simulator("box-1x1", None)
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: True)
+    with pytest.raises(ValueError, match="expected cpu, on which this process simulates already"):
+        Simulator("box-1x1", None, device="cuda")
+    with pytest.raises(ValueError, match="lanes: expected 1 on a GPU, got 8"):
+        Simulator("box-1x1", None, device="cuda", lanes=8)
