@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import torch
 from torch import Tensor
 
+from experiments.dynamics import DIVERGED
 from experiments.history import Row
 
 __all__ = ["measure"]
@@ -21,8 +23,7 @@ def measure(
         weights: of each layer at the end of the lives, shapes (population, out, in).
         seconds: wall time of this generation [s].
     """
-    synapses = [layer.flatten(1).abs() for layer in weights]
-    n_synapses = sum(layer.shape[1] for layer in synapses)
+    sizes = torch.cat([layer.flatten(1) for layer in weights], 1).abs()
     return {
         "fitness/best": row.best,
         "fitness/median": row.median,
@@ -30,13 +31,22 @@ def measure(
         "fitness/q75": row.q75,
         "genome/spread": _spread(genomes),
         "genome/mean_size": genomes.abs().mean().item(),
-        "plasticity/mean_weight": sum(layer.sum(1).mean().item() for layer in synapses)
-        / n_synapses,
-        "plasticity/largest_weight": max(layer.max().item() for layer in synapses),
+        "plasticity/mean_weight": sizes.mean().item(),
+        "plasticity/largest_weight": sizes.max().item(),
+        "plasticity/diverged": _diverged(sizes),
         "physics/failed": failed.double().mean().item(),
         "time/generation": seconds,
         "time/evaluations_per_second": len(genomes) / seconds,
     }
+
+
+def _diverged(sizes: Tensor) -> float:
+    """Share of weights more than ten times as large as the median one of their network.
+
+    Args:
+        sizes: of all weights, shape (population, synapses).
+    """
+    return (sizes > DIVERGED * sizes.median(1, keepdim=True).values).double().mean().item()
 
 
 def _spread(genomes: Tensor) -> float:

@@ -12,7 +12,7 @@ from typing import Literal
 
 __all__ = ["Purpose", "derive", "terrain_seed", "unseen_terrain_seeds"]
 
-Purpose = Literal["terrain", "world", "init", "unseen", "unseen-init"]
+Purpose = Literal["terrain", "world", "init", "unseen", "unseen-init", "pruning"]
 
 _UNSEEN = 1_000_000  # terrain seeds below are kept for re-assessment; evolution uses those above
 _TERRAIN_SPAN = 2**31  # terrain seeds stay below, so that names remain short
@@ -24,7 +24,8 @@ def derive(run_seed: int, purpose: Purpose, *indices: int) -> int:
     Args:
         run_seed: the seed of the run.
         purpose: what it is for: "terrain"; "world" (sensor noise and damage); "init" (weights at
-            birth); "unseen" and "unseen-init", the same of a re-assessment.
+            birth); "unseen" and "unseen-init", the same of a re-assessment; "pruning", which
+            synapses to prune at random.
         indices: what it belongs to, such as (generation, individual).
     """
     text = f"{run_seed}/{purpose}/{'/'.join(map(str, indices))}"

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PIL import Image
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
@@ -63,6 +64,23 @@ def test_pictures_arrive_as_they_are(tmp_path: Path) -> None:
     assert (event.step, event.width, event.height) == (7, 30, 20)
     with Image.open(io.BytesIO(event.encoded_image_string)) as image:
         assert image.n_frames == 3
+
+
+def test_weights_of_a_life_by_second(tmp_path: Path) -> None:
+    weights = {1.0: np.array([-1.0, 0.5, 0.5]), 15.0: np.array([-20.0, 30.0, 0.0])}
+    with Tracker(tmp_path, EvolveConfig(runs=2), 1) as tracker:
+        for second, values in weights.items():
+            tracker.show_weights(1, second, values, {"A": second / 20, "D": None})
+    everything = EventAccumulator(str(tmp_path / "run-1"), {"histograms": 0}).Reload()
+    events = everything.Histograms("champion/weights_by_second")
+    for event, (second, values) in zip(events, weights.items(), strict=True):
+        assert event.step == second
+        histogram = event.histogram_value
+        assert (histogram.min, histogram.max, histogram.num) == (values.min(), values.max(), 3)
+    shares = scalars(tmp_path / "run-1", "champion/share_of_A_by_second")
+    assert shares == [(1, pytest.approx(0.05)), (15, 0.75)]
+    assert "champion/share_of_D_by_second" not in read(tmp_path / "run-1").Tags()["scalars"]
+    assert not read(tmp_path / "run-0").Tags()["histograms"]
 
 
 def test_flushed_numbers_outlive_a_kill(tmp_path: Path) -> None:

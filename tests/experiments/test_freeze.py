@@ -1,0 +1,232 @@
+"""Frozen weights: taken from the life as it goes, and acting exactly as they are."""
+
+import csv
+import math
+from dataclasses import replace
+
+import pytest
+import torch
+from PIL import Image
+
+from experiments import cli, controller, freeze, fused
+from experiments.champion import Champions
+from experiments.evaluate import lives, world
+from experiments.freeze import Freezing, act, learn, school_and_exam
+from experiments.reassess import reassess
+from physics.clock import steps_in
+from tests.experiments.champions import PLASTIC, STATIC, random_champions, run_folder
+
+SCHOOL, EXAM = school_and_exam(PLASTIC, 2, seed=0)
+
+
+@pytest.fixture(scope="module")
+def champions() -> Champions:
+    return random_champions()
+
+
+@pytest.fixture(scope="module")
+def snapshots(champions: Champions) -> freeze.Weights:
+    return learn(PLASTIC, champions.genomes, [0.0, 0.5, 1.0], SCHOOL)
+
+
+def exam_world(snapshots: freeze.Weights):
+    """Worlds for all (second, run, terrain)."""
+    n = snapshots[0].shape[:-2].numel()
+    grounds = EXAM * n
+    return world(PLASTIC, grounds.terrains(), grounds.worlds)
+
+
+def plastic_network(champions: Champions, snapshots: freeze.Weights):
+    """The champions with their rules, in the order of `exam_world`, and the weights given."""
+    n_snapshots = len(snapshots[0])
+    genomes = champions.genomes.repeat(n_snapshots, 1).repeat_interleave(len(EXAM), 0)
+    network = controller.build(PLASTIC, len(genomes))
+    network.set_genomes(genomes)
+    weights = [layer.flatten(0, 1).repeat_interleave(len(EXAM), 0) for layer in snapshots]
+    state = type(network.initial_state())(tuple(weights))
+    return network, state
+
+
+def test_terrains_to_learn_and_to_be_judged_on_differ() -> None:
+    assert SCHOOL.names == ["hilly-3-30-0"]
+    assert EXAM.names == ["hilly-3-30-1", "hilly-3-30-2"]
+    assert len({*SCHOOL.worlds, *EXAM.worlds}) == 3
+
+
+@pytest.mark.parametrize("init", ["zero", "uniform"])
+def test_snapshots_are_the_weights_of_a_life_so_long(champions: Champions, init: str) -> None:
+    config = replace(PLASTIC, init=init)
+    snapshots = learn(config, champions.genomes, [0.0, 0.5, 1.0], SCHOOL)
+    networks = controller.build(config, 2)
+    networks.set_genomes(champions.genomes)
+    grounds = SCHOOL * 2
+    born = controller.birth(networks, init, grounds.births).weights
+    for layer, weights in enumerate(born):
+        assert torch.equal(snapshots[layer][0], weights)
+    for k, duration in ((1, 0.5), (2, 1.0)):
+        shorter = replace(config, duration=duration)
+        life = lives(shorter, networks, grounds.terrains(), grounds.worlds, grounds.births)
+        for layer, weights in enumerate(life.state.weights):
+            assert torch.equal(snapshots[layer][k], weights)
+    assert not torch.equal(snapshots[0][1], snapshots[0][2])
+
+
+def test_frozen_weights_act_as_the_plastic_network_without_plasticity(
+    champions: Champions, snapshots: freeze.Weights
+) -> None:
+    """The control loop by hand, with the network that has the rules, but does not use them."""
+    network, state = plastic_network(champions, snapshots)
+    sim = exam_world(snapshots)
+    sim.reset()
+    actuation = torch.zeros(sim.n_worlds, sim.n_voxels)
+    xs, times = [], []
+    with torch.no_grad():
+        for _ in range(steps_in(PLASTIC.duration)):
+            readings = sim.step(actuation)
+            actuation, state = network(readings, state, plastic=False)
+            xs.append(sim.center_of_mass().double()[:, 0])
+            times.append(sim.time)
+    expected = ((xs[-1] - xs[0]) / (times[-1] - times[0])).reshape(3, 2, 2)
+    ours = act(replace(PLASTIC, loop="torch"), snapshots, EXAM)
+    torch.testing.assert_close(ours, expected, rtol=0, atol=1e-9)
+    assert ours[1:].abs().min() > 1e-4  # they do move
+    fused_speeds = act(PLASTIC, snapshots, EXAM)
+    torch.testing.assert_close(fused_speeds, ours, rtol=0, atol=2e-3)  # sums in another order
+
+
+def test_they_act_in_the_kernel_as_the_plastic_network_does(
+    champions: Champions, snapshots: freeze.Weights
+) -> None:
+    network, state = plastic_network(champions, snapshots)
+    sim = exam_world(snapshots)
+    sim.reset()
+    brain = fused.pack(sim, network, state, plastic=False)
+    brain.run(sim, 1)
+    start, birth = sim.center_of_mass().double(), sim.time
+    brain.run(sim, steps_in(PLASTIC.duration) - 1)
+    speed = (sim.center_of_mass().double() - start)[:, 0] / (sim.time - birth)
+    assert torch.equal(act(PLASTIC, snapshots, EXAM), speed.reshape(3, 2, 2))
+
+
+def test_without_weights_a_robot_is_passive(snapshots: freeze.Weights) -> None:
+    sim = world(PLASTIC, EXAM.terrains(), EXAM.worlds)
+    sim.reset()
+    nothing = torch.zeros(2, sim.n_voxels)
+    sim.step(nothing)
+    start, birth = sim.center_of_mass().double(), sim.time
+    for _ in range(steps_in(PLASTIC.duration) - 1):
+        sim.step(nothing)
+    passive = (sim.center_of_mass().double() - start)[:, 0] / (sim.time - birth)
+    speeds = act(PLASTIC, snapshots, EXAM)
+    assert not any(layer[0].any() for layer in snapshots)  # at birth
+    for run in range(2):
+        assert torch.equal(speeds[0, run], passive)
+        assert not torch.equal(speeds[2, run], passive)
+
+
+def test_weights_set_by_hand_give_the_actuation_that_they_say() -> None:
+    """Hidden neurons saturate on the areas (about 0.5), and outputs take a sign from them."""
+    config = replace(PLASTIC, sensors="low", noise=0.0)
+    signs = torch.tensor([1.0, -1.0, 1.0])
+    n_in = controller.build(config, 1).sizes[0]
+    into = torch.full((1, 1, n_in, n_in), 100.0)
+    out = signs.reshape(1, 1, 3, 1) * torch.full((1, 1, 3, n_in), 100.0)
+    sim = world(config, EXAM.terrains(), EXAM.worlds)
+    sim.reset()
+    sim.step(torch.zeros(2, 3))
+    start, birth = sim.center_of_mass().double(), sim.time
+    for _ in range(steps_in(config.duration) - 1):
+        sim.step(signs.expand(2, 3))
+    expected = (sim.center_of_mass().double() - start)[:, 0] / (sim.time - birth)
+    ours = act(config, (into, out), EXAM)[0, 0]
+    torch.testing.assert_close(ours, expected, rtol=0, atol=1e-4)  # tanh rounds to just below 1
+    opposite = act(config, (into, -out), EXAM)[0, 0]
+    assert (opposite - expected).abs().min() > 1e-2
+
+
+@pytest.mark.parametrize("damage", ["none", "half"])
+def test_frozen_networks_meet_what_reassessed_ones_meet(damage: str) -> None:
+    static = random_champions(replace(STATIC, damage=damage))
+    weights = controller.build(STATIC, 2)
+    weights.set_genomes(static.genomes)
+    layers = tuple(layer[None] for layer in weights.initial_state().weights)
+    config = replace(PLASTIC, damage=damage)
+    speeds = act(config, layers, school_and_exam(config, 2, seed=7)[1])
+    assert torch.equal(speeds[0], reassess(static.config, static.genomes, [1, 2], seed=7))
+
+
+def test_parts_of_a_batch_change_nothing(
+    snapshots: freeze.Weights, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = act(PLASTIC, snapshots, EXAM)
+    monkeypatch.setattr(freeze, "_MOST_WORLDS", 5)  # two networks on two terrains, at most
+    assert torch.equal(act(PLASTIC, snapshots, EXAM), whole)
+
+
+def test_every_second_of_every_run_is_there(champions: Champions) -> None:
+    freezing = freeze.freeze(champions, n_terrains=2)
+    seconds = learn(PLASTIC, champions.genomes, [0.0, 1.0], SCHOOL)
+    expected = act(PLASTIC, seconds, EXAM)
+    assert freezing.speeds.shape == (2, 2, 2)
+    for run in range(2):
+        for second in range(2):
+            assert torch.equal(freezing.speeds[run, second], expected[second, run])
+
+
+def test_median_and_deviation_over_runs() -> None:
+    nan = math.nan
+    speeds = torch.tensor([[[1.0, 3.0]], [[4.0, nan]], [[12.0, 12.0]], [[nan, nan]]]).double()
+    freezing = Freezing("", ["a", "b"], speeds)  # means over terrains: 2, 4, 12, none
+    assert freezing.middle.tolist() == [4.0]
+    assert freezing.spread is not None
+    assert freezing.spread.item() == pytest.approx(math.sqrt((16 + 4 + 36) / 2))
+    assert Freezing("", ["a", "b"], speeds[:1]).spread is None
+
+
+def hebbtorch(command: str, monkeypatch: pytest.MonkeyPatch) -> int:
+    monkeypatch.setattr("sys.argv", ["hebbtorch", *command.split()])
+    try:
+        cli.main()
+    except SystemExit as stop:
+        return int(stop.code or 0)
+    return 0
+
+
+def test_the_command_writes_a_table_and_a_picture(tmp_path, monkeypatch, capsys) -> None:
+    folder = run_folder(tmp_path)
+    assert hebbtorch(f"freeze {folder} --terrains 2", monkeypatch) == 0
+    rows = list(csv.reader((folder / "freeze.csv").read_text().splitlines()))
+    assert rows[0] == ["run", "second", "terrain", "speed"]
+    freezing = freeze.freeze(random_champions(), 2)
+    assert rows[1:] == [
+        [str(run), str(second), f"hilly-3-30-{1 + terrain}", repr(speed)]
+        for run, of_run in enumerate(freezing.speeds.tolist())
+        for second, of_second in enumerate(of_run)
+        for terrain, speed in enumerate(of_second)
+    ]
+    with Image.open(folder / "freeze.png") as picture:
+        assert picture.format == "PNG"
+    shown = capsys.readouterr().out
+    assert f"frozen at  1 s: {freezing.middle[1]:.2f}" in shown
+    assert f"wrote {folder / 'freeze.png'}" in shown
+
+
+@pytest.mark.parametrize(
+    ("config", "options", "message"),
+    [
+        (STATIC, "", "run: expected plastic champions, got the mlp of"),
+        (PLASTIC, "--terrains 0", "terrains: expected an integer >= 1, got 0"),
+        (PLASTIC, "--out {tmp}/missing/file.csv", "out: expected a file in an existing folder"),
+        (PLASTIC, "--out {tmp}/file.png", "out: expected a CSV file"),
+    ],
+)
+def test_a_mistake_is_one_line_and_leaves_nothing(
+    config, options, message, tmp_path, monkeypatch, capsys
+) -> None:
+    folder = run_folder(tmp_path, config)
+    before = sorted(tmp_path.rglob("*"))
+    assert hebbtorch(f"freeze {folder} {options.format(tmp=tmp_path)}", monkeypatch) == 2
+    complaint = capsys.readouterr().err
+    assert message in complaint
+    assert len(complaint.splitlines()) == 1
+    assert sorted(tmp_path.rglob("*")) == before
