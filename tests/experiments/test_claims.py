@@ -1,0 +1,199 @@
+"""Verdicts on the paper's claims: only what is significant, or within bounds, is ever decided."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from experiments.claims import CLAIMS, judge, measures, report, verdicts
+from experiments.claims.verdicts import Finding
+from experiments.config import EvolveConfig
+from experiments.figures.conditions import Condition, find_runs, gather
+from tests.experiments.finished_runs import (
+    write_evaluation,
+    write_freezing,
+    write_inner_life,
+    write_run,
+)
+
+NAN = math.nan
+NAMES = ("A", "B")
+LOW = np.linspace(1.0, 1.1, 10)
+HIGH = LOW + 1
+BODIES = [(shape, s) for shape in ("biped-4x3", "worm-7x1") for s in ("low", "medium", "high")]
+SMALL = EvolveConfig(generations=10, population=8)
+
+
+def verdict_of(finding: Finding) -> str:
+    return finding.verdict.split()[0]
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "higher", "not_lower", "not_higher", "alike"),
+    [
+        (HIGH, LOW, "supported", "supported", "contradicted", "contradicted"),
+        (LOW, HIGH, "contradicted", "contradicted", "supported", "contradicted"),
+        # No difference: no test rejects, but only the intervals support anything.
+        (LOW, LOW, "open", "supported", "supported", "supported"),
+        # A significant difference of 0.15, less than the margin of 20 % of 1.05.
+        (LOW + 0.15, LOW, "supported", "supported", "supported", "supported"),
+        # Three against three: nothing can be decided.
+        (HIGH[:3], LOW[:3], "open", "open", "open", "open"),
+        # As different as can be, but as scattered.
+        (10 * LOW, np.geomspace(0.1, 1000, 10), "open", "open", "open", "open"),
+    ],
+)
+def test_rules_for_two_samples(
+    first: np.ndarray, second: np.ndarray, higher: str, not_lower: str, not_higher: str, alike: str
+) -> None:
+    samples = {"here": (first, second)}
+    for rule, expected in (
+        (verdicts.higher, higher),
+        (verdicts.not_lower, not_lower),
+        (verdicts.not_higher, not_higher),
+        (verdicts.alike, alike),
+    ):
+        assert verdict_of(rule(samples, NAMES)) == expected, rule.__name__
+
+
+def test_a_claim_holds_everywhere_or_not_at_all() -> None:
+    good, bad = (HIGH, LOW), (LOW, HIGH)
+    assert verdict_of(verdicts.higher({"a": good, "b": good}, NAMES)) == "supported"
+    unclear = verdicts.higher({"a": good, "b": (LOW, LOW)}, NAMES)
+    assert verdict_of(unclear) == "open"
+    assert unclear.reason == "without a significant difference in the claimed direction: b"
+    missing = verdicts.higher({"a": good, "b": None}, NAMES)
+    assert (verdict_of(missing), missing.reason) == ("open", "not measured: b")
+    against = verdicts.higher({"a": good, "b": bad, "c": None}, NAMES)
+    assert (verdict_of(against), against.reason) == ("contradicted", "significantly otherwise: b")
+    nothing = verdicts.higher({"a": None}, NAMES)
+    assert (verdict_of(nothing), nothing.tendency) == ("open", "")
+
+
+def test_too_few_runs_still_tell_the_direction() -> None:
+    finding = verdicts.higher({"here": (HIGH[:3], LOW[:3])}, NAMES)
+    assert finding.reason == "too few runs, whatever they show: everywhere"
+    assert finding.tendency == "as claimed at 1 of 1 place(s): A12 1.00"
+    assert "p 0.1" in finding.measured[0]
+
+
+@pytest.mark.parametrize(
+    ("values", "bounds", "expected"),
+    [
+        (LOW, (0.9, 1.2), "supported"),
+        (LOW, (0.0, 0.9), "contradicted"),
+        (LOW, (1.05, 2.0), "open"),
+        (LOW[:5], (0.0, 2.0), "open"),  # five leave the interval unbounded
+        (np.append(LOW, [NAN] * 5), (0.0, 2.0), "open"),
+        (np.full(10, NAN), (-math.inf, 0.0), "open"),  # undefined is no small number
+    ],
+)
+def test_rule_for_numbers(values: np.ndarray, bounds: tuple[float, float], expected: str) -> None:
+    assert verdict_of(verdicts.within({"here": values}, {"here": bounds})) == expected
+
+
+def test_rule_for_gains() -> None:
+    much, little = {"here": (HIGH, LOW)}, {"here": (LOW + 0.1, LOW)}
+    names = ("biped", "worm")
+    assert verdict_of(verdicts.greater_gain(much, little, names)) == "supported"
+    assert verdict_of(verdicts.greater_gain(little, much, names)) == "contradicted"
+    assert verdict_of(verdicts.greater_gain(much, much, names)) == "open"
+    # Gains are shares: 1 of 2.05 and 0.1 of 1.15.
+    assert verdicts.greater_gain(much, little, names).tendency.endswith("gains 0.488 against 0.087")
+
+
+def condition(folder: Path) -> Condition:
+    (found,) = gather([folder])
+    return found
+
+
+def test_measures_of_a_frozen_life(tmp_path: Path) -> None:
+    folder = write_run(tmp_path, SMALL, [10.0, 4.0, -1.0])
+    rising = [0.0] * 5 + [5.0] * 25  # reaches its plateau at second 5
+    slow = [0.0] * 15 + [3.9] * 3 + [4.0] * 12  # 80 % of it at second 15
+    write_freezing(folder, [rising, slow, [-1.0] * 30])
+    found = condition(folder)
+    assert measures.kept_frozen(found).tolist() == pytest.approx([0.5, 1.0, NAN], nan_ok=True)
+    assert measures.second_settled(found).tolist() == pytest.approx([5, 15, NAN], nan_ok=True)
+
+
+def test_a_short_life_says_nothing_about_settling(tmp_path: Path) -> None:
+    folder = write_run(tmp_path, SMALL, [10.0])
+    write_freezing(folder, [[0.0, 1.0, 2.0]])
+    assert len(measures.kept_frozen(condition(folder))) == 0
+
+
+def test_measures_of_evolution_and_of_unseen_terrains(tmp_path: Path) -> None:
+    folder = write_run(tmp_path, SMALL, [10.0, 5.0])
+    write_evaluation(folder, SMALL, [[7, 9, 8], [1, NAN, 5]])
+    found = condition(folder)
+    # The history rises evenly through ten generations: 90 % of the last one is the ninth.
+    assert measures.generations_to_converge(found).tolist() == [9, 9]
+    assert measures.kept_on_unseen(found).tolist() == [0.8, 0.2]
+
+
+def test_measures_of_the_inner_life(tmp_path: Path) -> None:
+    folder = write_run(tmp_path, SMALL, [10.0, 5.0])
+    write_inner_life(folder, 2, growth=3.0, period=2.0)
+    found = condition(folder)
+    assert measures.weight_growth(found) == pytest.approx([3, 3])
+    assert measures.gait_period(found) == pytest.approx([2, 2], rel=0.02)
+    assert measures.cycle_over_gait(found) == pytest.approx([1, 1], rel=0.02)
+    assert (measures.bimodality(found) > 0.8).all()
+
+
+def write_paper(root: Path, runs: int) -> None:
+    """Conditions as the paper found them."""
+    rng = np.random.default_rng(0)
+    for shape, sensors in BODIES:
+        body = replace(SMALL, shape=shape, sensors=sensors, runs=runs)
+        broken = replace(body, damage="half")
+        is_biped = shape == "biped-4x3"
+        full = 8.5 if is_biped else 4.0
+        mlp = {"low": 0.1 if is_biped else 0.4, "medium": 0.6 if is_biped else 0.9}.get(
+            sensors, 0.7 if is_biped else 0.9
+        )
+        for config, speed in (
+            (body, full),
+            (replace(body, controller="mlp"), full * mlp),
+            (broken, full),
+            (replace(broken, controller="mlp"), full * mlp),
+            *((replace(body, sharing=s), 0.05) for s in ("single", "grouped", "postsynaptic")),
+            (replace(body, sharing="presynaptic"), 0.6 * full),
+            (replace(body, eta="evolved"), full),
+            (replace(body, init="uniform"), full),
+            (replace(body, normalize="l2"), full),
+        ):
+            speeds = speed * rng.uniform(0.97, 1.03, runs)
+            folder = write_run(root, config, speeds.tolist())
+            write_evaluation(folder, config, speeds[:, None] * [[0.9, 1.0, 0.95]])
+            if sensors == "high" and config in (body, replace(body, normalize="l2")):
+                is_plain = config.normalize == "none"
+                plateau = speeds * (0.9 if is_plain else 0.0)
+                write_freezing(folder, plateau[:, None] * (np.arange(30) > 3))
+                write_inner_life(folder, runs, period=1.5 if is_biped else 2.0)
+
+
+def test_results_like_the_papers_support_its_claims(tmp_path: Path) -> None:
+    write_paper(tmp_path, 10)
+    judged = judge(gather(find_runs([tmp_path])))
+    assert [claim.says for claim, finding in judged if finding.verdict != "supported"] == []
+
+
+def test_three_runs_decide_nothing(tmp_path: Path) -> None:
+    root, out = tmp_path / "runs", tmp_path
+    write_paper(root, 3)
+    text = report(find_runs([root]), out).read_text(encoding="utf-8")
+    assert "3 run(s) of each; 10 generations" in text
+    assert f"0 supported, 0 contradicted, {len(CLAIMS)} open at this scale." in text
+    assert text.count("| **open at this scale** |") == len(CLAIMS)
+    assert "biped-4x3 low: Hebbian 8" in text
+
+
+def test_the_report_says_what_was_not_measured(tmp_path: Path) -> None:
+    write_run(tmp_path, SMALL, [3.0])
+    for claim, finding in judge(gather(find_runs([tmp_path]))):
+        assert finding.verdict == "open at this scale", claim.says
+        assert "not measured: everywhere" in finding.reason or "biped-4x3 medium" in finding.reason
