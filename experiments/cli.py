@@ -17,6 +17,7 @@ from typing import Annotated, Any, Literal
 import tyro
 from tyro.extras import SubcommandApp
 
+from experiments.campaign.options import CampaignOptions
 from experiments.config import EvolveConfig
 
 __all__ = ["main"]
@@ -38,6 +39,10 @@ def _command(function: Callable[..., None]) -> Callable[..., None]:
 
 
 _Folder = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
+_Roots = Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="ROOT [ROOT ...]")]
+_Studies = Annotated[
+    tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="[STUDY [STUDY ...]]")
+]
 
 
 @_command
@@ -97,6 +102,27 @@ def evaluate(
         seed,
         out,
     )
+
+
+@_command
+def freeze(
+    folder: _Folder,
+    terrains: int = 3,
+    seed: int = 0,
+    out: Path | None = None,
+) -> None:
+    """Freeze the champions' weights at each second of a life, and see how they walk from then on.
+
+    Args:
+        folder: Folder of the run.
+        terrains: Number of unseen terrains on which each snapshot lives.
+        seed: Decides sensor noise and damage.
+        out: CSV file to write; by default freeze.csv in the run's folder. A picture goes beside.
+    """
+    from experiments.freeze import report
+
+    _one_thread()
+    report(folder, terrains, seed, out)
 
 
 @_command
@@ -169,6 +195,42 @@ def bench(
 
     _one_thread()
     run_bench(json, out, quick=quick, profile=profile, seed=seed, threads=threads)
+
+
+@_command
+def campaign(
+    studies: _Studies,
+    options: Annotated[CampaignOptions, tyro.conf.arg(name="")],
+    grid: Path | None = None,
+) -> None:
+    """Run studies: every condition with all its seeds, then analyses and figures; resumable.
+
+    Args:
+        studies: Names of studies: those of experiments/ablations, "paper" for all of the paper's,
+            "all" for all there are.
+        options: Where, how much and on what.
+        grid: TOML file with a study of one's own: a table [base] with options of `evolve` and a
+            table [axes] with the lists of values that others go through.
+    """
+    from experiments.ablations.registry import find_studies
+    from experiments.campaign.command import campaign as run_campaign
+
+    _one_thread()
+    sys.exit(run_campaign(find_studies(studies, grid), options))
+
+
+@_command
+def figures(roots: _Roots, seed: int = 0, out: Path | None = None) -> None:
+    """Draw the paper's figures from finished runs, with their statistics and a report.
+
+    Args:
+        roots: Folder of a campaign, or any folders with finished runs below them.
+        seed: Decides the resampling behind the bootstrap intervals.
+        out: Folder for the files; by default `figures` in the first folder.
+    """
+    from experiments.gallery import draw_all
+
+    draw_all(roots, out, seed)
 
 
 def main() -> None:

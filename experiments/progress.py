@@ -24,21 +24,27 @@ class ProgressDisplay:
     With several runs, it shows the best of them and the median of their medians.
     """
 
-    def __init__(self, generations: int, done: int) -> None:
+    def __init__(
+        self, generations: int, done: int, *, label: str = "", interval: float = _INTERVAL
+    ) -> None:
         """Start to show progress.
 
         Args:
             generations: of the whole evolution.
             done: of them, done before this process.
+            label: of every line.
+            interval: between plain lines [s].
         """
+        self._label = f"{label}  " if label else ""
+        self._interval = interval
         self._generations = generations
         self._first = done
         self._started = time.monotonic()
-        self._last_line = -_INTERVAL
+        self._last_line = -interval
         self._live: Progress | None = None
         if sys.stdout.isatty():
             self._live = Progress(
-                TextColumn("generation {task.completed}/{task.total}"),
+                TextColumn(self._label + "generation {task.completed}/{task.total}", markup=False),
                 BarColumn(),
                 TextColumn("{task.description}"),
                 TimeRemainingColumn(),
@@ -61,13 +67,11 @@ class ProgressDisplay:
             self._live.update(self._task, completed=generation, description=text)
             return
         now = time.monotonic() - self._started
-        if now - self._last_line >= _INTERVAL or generation == self._generations:
+        if now - self._last_line >= self._interval or generation == self._generations:
             self._last_line = now
             left = now / (generation - self._first) * (self._generations - generation)
-            print(
-                f"generation {generation}/{self._generations}  {text}  {left:.0f} s left",
-                flush=True,
-            )
+            line = f"generation {generation}/{self._generations}  {text}  {left:.0f} s left"
+            print(self._label + line, flush=True)
 
     def close(self) -> None:
         """Leave the terminal as it was."""

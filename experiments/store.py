@@ -26,7 +26,14 @@ import torch
 from experiments.config import EvolveConfig
 from experiments.history import History
 
-__all__ = ["Checkpoint", "RunStore", "read_config", "write_atomically"]
+__all__ = [
+    "Checkpoint",
+    "RunStore",
+    "lock_folder",
+    "read_checkpoint",
+    "read_config",
+    "write_atomically",
+]
 
 _CONFIG, _CHECKPOINT, _LOCK = "config.json", "checkpoint.pt", "lock"
 _FORMAT = 1  # of checkpoint.pt
@@ -78,7 +85,7 @@ class RunStore:
             draft.mkdir(parents=True)
             with ExitStack() as undo:
                 undo.callback(shutil.rmtree, draft, ignore_errors=True)
-                store = cls(draft, config, undo.enter_context(_lock(draft)))
+                store = cls(draft, config, undo.enter_context(lock_folder(draft)))
                 (draft / _CONFIG).write_text(config.to_json(), encoding="utf-8")
                 store.save(start)
                 start.history.write(store.history_file)
@@ -100,8 +107,8 @@ class RunStore:
         config = read_config(folder)
         with _readable_errors(folder):
             with ExitStack() as undo:
-                store = cls(folder, config, undo.enter_context(_lock(folder)))
-                checkpoint = _read_checkpoint(folder / _CHECKPOINT, config)
+                store = cls(folder, config, undo.enter_context(lock_folder(folder)))
+                checkpoint = read_checkpoint(folder, config)
                 checkpoint.history.write(store.history_file)
                 undo.pop_all()
             return store, checkpoint
@@ -165,7 +172,17 @@ def write_atomically(path: Path, content: bytes) -> None:
     os.replace(temporary, path)
 
 
-def _read_checkpoint(path: Path, config: EvolveConfig) -> Checkpoint:
+def read_checkpoint(folder: Path, config: EvolveConfig) -> Checkpoint:
+    """Where a run stands, without touching it.
+
+    Args:
+        folder: of the run.
+        config: its options.
+
+    Raises:
+        ValueError: the checkpoint is damaged, or of another run.
+    """
+    path = folder / _CHECKPOINT
     try:
         # torch.load does not look at the checksums.
         with zipfile.ZipFile(path) as archive:
@@ -205,8 +222,12 @@ def _refuse_occupied(folder: Path) -> None:
         raise ValueError(f"out: expected a folder, got the file {str(folder)!r}; choose another")
 
 
-def _lock(folder: Path) -> IO[str]:
-    """Lock a folder for as long as the file returned is open in this process."""
+def lock_folder(folder: Path) -> IO[str]:
+    """Lock a folder for as long as the file returned is open in this process.
+
+    Raises:
+        ValueError: another process has locked it.
+    """
     file = (folder / _LOCK).open("a")
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -30,7 +30,9 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("command", ["", "evolve ", "evaluate ", "render ", "validate "])
+@pytest.mark.parametrize(
+    "command", ["", "evolve ", "evaluate ", "freeze ", "render ", "validate ", "figures "]
+)
 def test_help(
     command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -62,6 +64,9 @@ def test_help_does_not_load_the_machinery() -> None:
         "evaluate",
         "evaluate nowhere",
         "evaluate nowhere --damage all",
+        "freeze nowhere",
+        "figures",
+        "figures nowhere",
         "render nowhere",
     ],
 )

@@ -1,0 +1,19 @@
+"""Weights that cannot diverge, and their freezing (paper, Fig. 8, 10)."""
+
+from experiments.ablations.bodies import HIGH_BODIES
+from experiments.campaign.grid import Grid
+from experiments.campaign.script import main
+from experiments.campaign.study import Study
+
+__all__ = ["STUDY"]
+
+STUDY = Study(
+    name="normalization",
+    question="Does it take diverging weights to move fast, and to keep what was learned?",
+    grids=(Grid(axes={**HIGH_BODIES, "normalize": ("none", "l2")}),),
+    analyses=("frozen",),
+    figures=("normalization", "normalized_freezing"),
+)
+
+if __name__ == "__main__":
+    main(STUDY)

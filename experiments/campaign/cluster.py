@@ -1,0 +1,122 @@
+"""Conditions side by side on a Ray cluster: one trial of Ray Tune is one condition, all its seeds.
+
+Every worker writes an ordinary folder of a run into ROOT/conditions, which has to be on storage
+that all nodes share. A condition ends the same wherever it runs; what began on a cluster can be
+finished without. This module needs Ray.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import ray
+from ray import tune
+
+from experiments.campaign.grid import Condition
+from experiments.campaign.runner import Campaign
+from experiments.campaign.trial import ConditionTrial
+
+__all__ = ["run_on_ray"]
+
+_RETRIES = 2  # of a condition whose worker is lost
+_CHECKPOINT_STEPS = 6  # about a minute
+
+
+def run_on_ray(campaign: Campaign, gpus: float) -> None:
+    """Run the conditions of a campaign on a Ray cluster, and report on complete studies.
+
+    The cluster is the one that this process is connected to, or that RAY_ADDRESS names; without
+    any, one is started on this machine. A condition takes as many cores as it has threads.
+
+    Args:
+        campaign: studies at work in a folder.
+        gpus: of each condition; a fraction lets several share one.
+    """
+    if todo := campaign.unfinished:
+        if not ray.is_initialized():
+            ray.init()
+        errors = _run_trials(campaign, todo, gpus)
+        for condition in todo:
+            campaign.look_again(condition)
+        for condition in campaign.unfinished:
+            stale = f"no trial of it is left; remove {str(_storage(campaign))!r} and try again"
+            campaign.fail(condition.name, errors.get(condition.name, stale))
+    campaign.report_complete()
+
+
+def _run_trials(campaign: Campaign, todo: Sequence[Condition], gpus: float) -> dict[str, str]:
+    """Run the trials, or go on with them; what went wrong, by condition."""
+    os.environ.setdefault("TUNE_DISABLE_SIGINT_HANDLER", "1")  # Ctrl-C is an exception as usual
+    cpus = todo[0].config.threads
+    trainable = tune.with_resources(ConditionTrial, {"cpu": cpus or 1, "gpu": gpus})
+    experiment = _storage(campaign) / _experiment(campaign)
+    if tune.Tuner.can_restore(str(experiment)):
+        tuner = tune.Tuner.restore(str(experiment), trainable, restart_errored=True)
+    else:
+        tuner = tune.Tuner(
+            trainable,
+            param_space={
+                "condition": tune.grid_search([_options(campaign, each) for each in todo])
+            },
+            tune_config=tune.TuneConfig(trial_name_creator=_name, trial_dirname_creator=_name),
+            run_config=tune.RunConfig(
+                name=experiment.name,
+                storage_path=str(experiment.parent),
+                failure_config=tune.FailureConfig(max_failures=_RETRIES),
+                checkpoint_config=tune.CheckpointConfig(
+                    checkpoint_frequency=_CHECKPOINT_STEPS, num_to_keep=1
+                ),
+                callbacks=[_Told(len(todo))],
+                verbose=0,
+            ),
+        )
+    grid = tuner.fit()
+    results = [grid[i] for i in range(len(grid))]
+    return {
+        result.config["condition"]["name"]: str(result.error).strip().splitlines()[-1]
+        for result in results
+        if result.error and result.config
+    }
+
+
+class _Told(tune.Callback):
+    """Tells which conditions are finished."""
+
+    def __init__(self, trials: int) -> None:
+        self._trials = trials
+        self._finished = 0
+
+    def on_trial_complete(self, iteration: int, trials: list[Any], trial: Any, **info: Any) -> None:
+        """Called by Ray."""
+        self._finished += 1
+        print(f"[{self._finished}/{self._trials}] {_name(trial)}  finished", flush=True)
+
+
+def _storage(campaign: Campaign) -> Path:
+    """Where Ray notes down what it did."""
+    return campaign.root.path.resolve() / "ray"
+
+
+def _experiment(campaign: Campaign) -> str:
+    """A name for these conditions in this place: it is the same when the campaign goes on."""
+    text = "\n".join([str(_storage(campaign)), *sorted(campaign.conditions)])
+    return hashlib.blake2b(text.encode(), digest_size=6).hexdigest()
+
+
+def _options(campaign: Campaign, condition: Condition) -> dict[str, str]:
+    """What a worker has to know."""
+    return {
+        "name": condition.name,
+        "folder": str(campaign.root.condition(condition.name).resolve()),
+        "options": condition.config.to_json(),
+    }
+
+
+def _name(trial: Any) -> str:
+    """How Ray calls a trial and its folder."""
+    name: str = trial.config["condition"]["name"]
+    return name

@@ -1,0 +1,98 @@
+"""`hebbtorch campaign`: checks everything first, then tells or does it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from importlib.util import find_spec
+
+from experiments.campaign import plan
+from experiments.campaign.grid import Condition, Scale
+from experiments.campaign.options import CampaignOptions
+from experiments.campaign.root import CampaignRoot
+from experiments.campaign.runner import Campaign
+from experiments.campaign.study import Study
+
+__all__ = ["campaign"]
+
+
+def campaign(studies: Sequence[Study], options: CampaignOptions) -> int:
+    """Run studies in a folder, or go on with them.
+
+    Args:
+        studies: at least one.
+        options: where, how much and on what.
+
+    Returns:
+        The exit code: 1 if anything failed.
+
+    Raises:
+        ValueError: something is wrong with the studies, the options or the folder; nothing was
+            run then.
+        KeyboardInterrupt: it was stopped; the same call goes on.
+    """
+    if not studies:
+        raise ValueError("study: expected the name of one or several, or --grid FILE, got none")
+    run_conditions = _way(options)
+    scale = options.chosen_scale()
+    members = {study: _conditions(study, scale, options) for study in studies}
+    root = CampaignRoot(options.out)
+    standings = root.check(scale, members)
+    if options.dry_run:
+        conditions = {each.name: each for own in members.values() for each in own}
+        plan.show(plan.estimate(list(conditions.values()), standings))
+        return 0
+    with root.declare(scale, members):
+        work = Campaign(root, members)
+        print(
+            f"{len(work.conditions)} conditions, {len(work.unfinished)} of them to do", flush=True
+        )
+        try:
+            run_conditions(work)
+            work.report_rest()
+        except KeyboardInterrupt:
+            print("stopped; go on with the same command")
+            raise
+    return _conclude(work.failures)
+
+
+def _conditions(study: Study, scale: Scale, options: CampaignOptions) -> list[Condition]:
+    """The conditions of a study, validated, with the options of the machine."""
+    threads = options.threads
+    if threads is None and options.cluster != "none":
+        threads = 1  # others work on the same machine
+    found = []
+    for each in study.conditions(scale):
+        config = replace(each.config, device=options.device, threads=threads)
+        found.append(Condition(each.name, config))
+    found[0].config.validate()  # all have the machine in common, which is still unchecked
+    return found
+
+
+def _way(options: CampaignOptions) -> Callable[[Campaign], None]:
+    """How conditions are to be run."""
+    if options.gpus < 0 or (options.gpus and options.cluster == "none"):
+        raise ValueError(
+            f"gpus: expected a share >= 0, and none without --cluster, got {options.gpus}"
+        )
+    if options.cluster == "none":
+        return Campaign.run_here
+    if find_spec("ray") is None:
+        raise ValueError(
+            "cluster: expected Ray to be installed, got none; pip install 'hebbtorch[cluster]'"
+        )
+    from experiments.campaign.cluster import run_on_ray
+
+    return partial(run_on_ray, gpus=options.gpus)
+
+
+def _conclude(failures: Sequence[str]) -> int:
+    """Tell what failed, and choose the exit code."""
+    if not failures:
+        return 0
+    print(f"{len(failures)} failed:")
+    for failure in failures:
+        print(f"  {failure}")
+    print("the same command tries them again")
+    return 1

@@ -1,0 +1,91 @@
+"""What a condition takes: evaluations, robot-steps, minutes on this machine, bytes on disk."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable
+
+import torch
+
+from experiments import controller
+from experiments.config import EvolveConfig, fresh_terrain
+from experiments.episode import driver
+from experiments.evaluate import world
+from physics import Morphology, Terrain
+from physics.clock import steps_in
+
+__all__ = ["disk_bytes", "evaluations", "robot_steps", "seconds_left", "seconds_per_robot_step"]
+
+_WARM_UP, _STRETCH = 60, 30  # control steps: after the first, the robots have landed
+_SECONDS = 0.4  # that a measurement takes at least
+_TERRAINS = 8
+
+# Sizes of what an evolution writes [bytes].
+_GENE = 4
+_HISTORY_ROW = 100 + 64  # in history.csv and in the checkpoint
+_EVENTS = 700  # per generation and TensorBoard folder
+_OVER_RUNS = 4  # TensorBoard folders besides those of the runs
+_FIXED = 10_000
+
+
+def evaluations(config: EvolveConfig) -> int:
+    """Lives in an evolution, of all its runs."""
+    return config.runs * config.population * config.generations
+
+
+def robot_steps(config: EvolveConfig) -> int:
+    """Control steps in an evolution, of all robots."""
+    return evaluations(config) * steps_in(config.duration)
+
+
+def seconds_left(progress: Iterable[tuple[EvolveConfig, int, float]]) -> float | None:
+    """Time that evolutions still take, from the time that their generations took so far [s].
+
+    It goes by robot-steps times voxels, to which the time is about proportional.
+
+    Args:
+        progress: of each evolution its options, generations done and time taken [s].
+
+    Returns:
+        None if no generation is done yet.
+    """
+    spent = done = left = 0.0
+    for config, generation, seconds in progress:
+        work = robot_steps(config) * Morphology.from_name(config.shape).n_voxels
+        share = generation / config.generations
+        spent += seconds
+        done += work * share
+        left += work * (1 - share)
+    return left * spent / done if done else None
+
+
+def seconds_per_robot_step(config: EvolveConfig) -> float:
+    """Time of a robot-step in a batch as large as the evolution's, measured now [s].
+
+    It leaves out what comes between the lives, some hundredths of the whole.
+    """
+    n = config.runs * config.population
+    grounds = [
+        Terrain.from_name(fresh_terrain(config.terrain, k)) for k in range(min(n, _TERRAINS))
+    ]
+    sim = world(config, [grounds[k % len(grounds)] for k in range(n)], list(range(n)))
+    networks = controller.build(config, n)
+    draws = torch.Generator().manual_seed(0)
+    networks.set_genomes(2 * torch.rand(n, networks.n_genes, generator=draws) - 1)
+    drive = driver(sim, networks, networks.initial_state(), config.loop)
+    sim.reset()
+    drive.run(sim, _WARM_UP)  # compiles, too
+    steps, started = 0, time.perf_counter()
+    while steps == 0 or time.perf_counter() - started < _SECONDS:
+        drive.run(sim, _STRETCH)
+        steps += _STRETCH
+    return (time.perf_counter() - started) / (n * steps)
+
+
+def disk_bytes(config: EvolveConfig) -> int:
+    """About what an evolution leaves on disk, without analyses and figures."""
+    genes = controller.build(config, 1).n_genes
+    genomes = config.runs * (config.population + 2) * genes * _GENE  # checkpoint and champions
+    rows = config.generations * config.runs * _HISTORY_ROW
+    writers = config.runs + (_OVER_RUNS if config.runs > 1 else 0)
+    return genomes + rows + config.generations * writers * _EVENTS + _FIXED

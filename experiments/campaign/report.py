@@ -1,0 +1,41 @@
+"""What comes after the conditions of a study: analyses of each run's folder, then figures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+__all__ = ["analyse", "draw"]
+
+
+def analyse(name: str, folder: Path) -> Path:
+    """Apply an analysis to a finished run; what is there already is left alone.
+
+    Args:
+        name: of a function of `experiments.analyses`.
+        folder: of the run.
+
+    Returns:
+        The file.
+    """
+    from experiments import analyses
+
+    path: Path = getattr(analyses, name)(folder)
+    return path
+
+
+def draw(name: str, folders: Sequence[Path], out: Path) -> list[Path]:
+    """Draw a figure, with its table.
+
+    Args:
+        name: of a function of `experiments.figures`.
+        folders: of all runs of a study, finished and analysed.
+        out: folder for the files, created if need be.
+
+    Returns:
+        The files.
+    """
+    from experiments.figures import FIGURES
+
+    out.mkdir(parents=True, exist_ok=True)
+    return FIGURES[name](folders, out)

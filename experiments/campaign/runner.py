@@ -1,0 +1,125 @@
+"""A campaign from its first condition to its last figure.
+
+A failure loses nothing else: it is told where it happens and again at the end.
+"""
+
+from __future__ import annotations
+
+import sys
+import traceback
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from datetime import datetime, timedelta
+
+from experiments.campaign import report
+from experiments.campaign.conditions import run_condition
+from experiments.campaign.cost import seconds_left
+from experiments.campaign.grid import Condition
+from experiments.campaign.root import CampaignRoot, Members
+from experiments.campaign.study import Study
+
+__all__ = ["Campaign"]
+
+
+class Campaign:
+    """Studies at work in a folder.
+
+    Attributes:
+        root: the folder, declared.
+        conditions: all that the studies need, by name.
+        failures: what went wrong so far, a line each.
+    """
+
+    def __init__(self, root: CampaignRoot, studies: Members) -> None:
+        """Take stock of the folder.
+
+        Args:
+            root: the folder, declared.
+            studies: with their conditions, which have the options of the machine; in this order.
+        """
+        self.root = root
+        self.conditions = {each.name: each for members in studies.values() for each in members}
+        self.failures: list[str] = []
+        self._waiting = {
+            study: [each.name for each in members] for study, members in studies.items()
+        }
+        self._standings = {name: root.standing(each) for name, each in self.conditions.items()}
+
+    @property
+    def unfinished(self) -> Sequence[Condition]:
+        """The conditions that are not finished, in order."""
+        return [
+            condition
+            for name, condition in self.conditions.items()
+            if not self._standings[name].finished
+        ]
+
+    def run_here(self) -> None:
+        """Run the conditions one after another, and report on each study that is complete."""
+        self.report_complete()
+        for condition in self.unfinished:
+            number = list(self.conditions).index(condition.name) + 1
+            label = f"[{number}/{len(self.conditions)}] {condition.name}"
+            print(f"{label}  expected end of the campaign: {self._expected_end()}", flush=True)
+            self._try(condition.name, self._run, condition, label)
+            self.look_again(condition)
+            self.report_complete()
+
+    def look_again(self, condition: Condition) -> None:
+        """Take note of what became of a condition."""
+        with suppress(ValueError):  # its failure is told already
+            self._standings[condition.name] = self.root.standing(condition)
+
+    def report_complete(self) -> None:
+        """Report on every study whose conditions are all finished, once."""
+        for study, names in list(self._waiting.items()):
+            if all(self._standings[name].finished for name in names):
+                self._report(study)
+
+    def report_rest(self) -> None:
+        """Report on the studies that are left, as far as their conditions are finished."""
+        for study in list(self._waiting):
+            self._report(study)
+
+    def fail(self, what: str, why: str) -> None:
+        """Note a failure and tell it."""
+        self.failures.append(f"{what}: {why}")
+        print(f"failed: {self.failures[-1]}", file=sys.stderr, flush=True)
+
+    def _run(self, condition: Condition, label: str) -> None:
+        champions = run_condition(condition, self.root.condition(condition.name), label)
+        speeds = ", ".join(f"{speed:.2f}" for speed in champions.fitness.tolist())
+        print(f"{label}  champions: {speeds} m/s", flush=True)
+
+    def _report(self, study: Study) -> None:
+        names = self._waiting.pop(study)
+        finished = [name for name in names if self._standings[name].finished]
+        folders = [self.root.condition(name) for name in finished]
+        for name, folder in zip(finished, folders, strict=True):
+            for analysis in study.analyses:
+                print(f"{study.name}: {analysis} of {name}", flush=True)
+                self._try(f"{analysis} of {name}", report.analyse, analysis, folder)
+        if not finished:
+            return
+        out = self.root.study(study.name)
+        for figure in study.figures:
+            self._try(f"figure {figure}", report.draw, figure, folders, out)
+        if study.figures:
+            print(f"{study.name}: figures and tables in {out}", flush=True)
+
+    def _try(self, what: str, call: Callable[..., object], *arguments: object) -> None:
+        try:
+            call(*arguments)
+        except Exception as error:  # whatever it is, the other conditions can go on
+            traceback.print_exc()
+            self.fail(what, (str(error) or type(error).__name__).splitlines()[0])
+
+    def _expected_end(self) -> str:
+        standings = self._standings
+        seconds = seconds_left(
+            (condition.config, standings[name].generation, standings[name].seconds)
+            for name, condition in self.conditions.items()
+        )
+        if seconds is None:
+            return "known after the first condition"
+        return f"{datetime.now() + timedelta(seconds=seconds):%a %d %b %H:%M}"

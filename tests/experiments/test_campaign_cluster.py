@@ -1,0 +1,89 @@
+"""A campaign on a local Ray cluster of two workers, against the same one in a single process."""
+
+import csv
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import torch
+
+from experiments.campaign.command import campaign
+from experiments.campaign.grid import Scale
+from experiments.campaign.options import CampaignOptions
+from experiments.campaign.study import read_study
+from experiments.champion import Champions
+
+pytest.importorskip("ray")
+
+SCALE = Scale(runs=2, generations=150, population=8, duration=0.5)
+NAMES = ("worm-2x1-low-hebbian", "worm-2x1-low-mlp")
+
+# Ray's clusters, and its warnings, belong to a process of their own.
+ON_RAY = """
+import sys
+import ray
+from experiments.cli import main
+
+ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False)
+main()
+"""
+
+
+TRIAL = """
+import ray
+
+ray.init(num_cpus=1, include_dashboard=False, log_to_driver=False)
+assert ray.get(ray.remote(lambda: 7).remote()) == 7
+"""
+PATIENCE = 120.0  # [s]
+
+
+@pytest.fixture
+def _ray_starts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Some machines let no process start servers of its own."""
+    monkeypatch.setenv("RAY_USAGE_STATS_ENABLED", "0")
+    try:
+        subprocess.run([sys.executable, "-c", TRIAL], check=True, capture_output=True, timeout=60)
+    except (subprocess.SubprocessError, OSError) as error:
+        pytest.skip(f"Ray does not start here: {error}")
+
+
+def results(root: Path, name: str) -> list[list[str]]:
+    """History without the seconds."""
+    with (root / "conditions" / name / "history.csv").open(newline="") as file:
+        return [row[:-1] for row in csv.reader(file)]
+
+
+@pytest.mark.usefixtures("_ray_starts")
+def test_a_killed_campaign_on_ray_ends_as_one_without(tmp_path: Path) -> None:
+    grid = tmp_path / "grid.toml"
+    grid.write_text('[base]\nshape = "worm-2x1"\n[axes]\ncontroller = ["hebbian", "mlp"]\n')
+    expected, root = tmp_path / "expected", tmp_path / "root"
+    options = CampaignOptions(out=expected, scale=SCALE, threads=1)
+    assert campaign([read_study(grid)], options) == 0
+
+    arguments = f"campaign --grid {grid} --out {root} --cluster ray --runs 2 --population 8"
+    command = [sys.executable, "-c", ON_RAY, *arguments.split()]
+    command += ["--generations", "150", "--duration", "0.5"]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    histories = [root / "conditions" / name / "history.csv" for name in NAMES]
+    deadline = time.monotonic() + PATIENCE
+    while not any(path.exists() and len(path.read_text()) > 2000 for path in histories):
+        assert process.poll() is None
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+    process.kill()
+    process.wait()
+
+    finished = subprocess.run(command, capture_output=True, text=True)
+    assert finished.returncode == 0, finished.stderr
+    assert "[2/2]" in finished.stdout
+    for name in NAMES:
+        assert results(root, name) == results(expected, name)
+        ours = Champions.load(root / "conditions" / name)
+        theirs = Champions.load(expected / "conditions" / name)
+        assert ours.config == theirs.config
+        assert torch.equal(ours.genomes, theirs.genomes)
+        assert torch.equal(ours.fitness, theirs.fitness)
