@@ -92,7 +92,7 @@ def kernels(program: Program) -> SimpleNamespace:
                         sense(state, g, m, mi, mf, T)
                     _publish(state, g, m, readings, T)
 
-    return SimpleNamespace(look=look, play=play)
+    return SimpleNamespace(look=backend.Kernel(look), play=backend.Kernel(play))
 
 
 def closed_loop(program: Program, controller: Callable[..., Any]) -> Any:
@@ -134,4 +134,4 @@ def closed_loop(program: Program, controller: Callable[..., Any]) -> Any:
                         sense(state, g, m, mi, mf, T)
                         controller(state, network, g, m, T)
 
-    return live
+    return backend.Kernel(live)

@@ -19,6 +19,7 @@ from experiments.bench import (
     scaling,
     startup,
 )
+from experiments.bench.gpu import gpu
 from experiments.bench.machine import Machine, available_cores
 from experiments.bench.profile import step_stages
 from experiments.bench.row import Row, Stage
@@ -104,7 +105,7 @@ def measurements() -> dict[str, Measurement]:
 
 def processes() -> dict[str, Measurement]:
     """What is measured in processes of its own, in this order."""
-    return {"evolve": evolution.evolve, "starts": startup.starts}
+    return {"evolve": evolution.evolve, "starts": startup.starts, "GPU": gpu}
 
 
 def _measure(console: Console, setting: Setting) -> list[Row]:

@@ -65,9 +65,14 @@ class ClosedLoop:
     """Robots with the high apparatus and noise, driven by random networks in the kernel."""
 
     def __init__(
-        self, shape: str, controller: Literal["hebbian", "mlp"], n_worlds: int, seed: int
+        self,
+        shape: str,
+        controller: Literal["hebbian", "mlp"],
+        n_worlds: int,
+        seed: int,
+        device: str = "cpu",
     ) -> None:
-        self.sim = _worlds(shape, n_worlds, seed, "high", _NOISE)
+        self.sim = _worlds(shape, n_worlds, seed, "high", _NOISE, device)
         inputs = self.sim.n_readings
         make = hebbtorch.HebbianMLP if controller == "hebbian" else hebbtorch.StaticMLP
         network = make([inputs, inputs, self.sim.n_voxels], population=(n_worlds,))
@@ -108,7 +113,14 @@ class OwnModule:
             self._actuation = self._module(readings)
 
 
-def _worlds(shape: str, n_worlds: int, seed: int, sensors: str | None, noise: float) -> Simulator:
+def _worlds(
+    shape: str,
+    n_worlds: int,
+    seed: int,
+    sensors: str | None,
+    noise: float,
+    device: str = "cpu",
+) -> Simulator:
     terrains = [Terrain.from_name(f"hilly-3-30-{seed + k}") for k in range(_TERRAINS)]
     return Simulator(
         shape,
@@ -116,6 +128,7 @@ def _worlds(shape: str, n_worlds: int, seed: int, sensors: str | None, noise: fl
         n_worlds,
         sensors=sensors,
         noise=noise,
+        device=device,
         seed=seed,
         threads=1,
     )

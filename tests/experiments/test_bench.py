@@ -15,6 +15,7 @@ from experiments.bench import (
     command,
     evolution,
     generation,
+    gpu,
     plasticity,
     profile,
     rates,
@@ -424,3 +425,11 @@ def test_a_mistake_is_exit_code_2_before_anything_is_measured(
     assert run(f"bench {options}", monkeypatch) == 2
     assert message in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+def test_a_gpu_is_measured_where_there_is_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
+    assert gpu.gpu(TINY) == []
+    measured = gpu.wall_rates("cpu", TINY.worlds, TINY)  # as on a GPU, but for the device
+    assert len(measured) == TINY.repetitions
+    assert min(measured) > 0
