@@ -69,10 +69,16 @@ def validation_matrix(run_folders: Sequence[Path], out: Path) -> list[Path]:
     ) as sheet:
         sheet.figure.suptitle(f"median {style.SPEED}", fontsize=8)
         for row, shape in enumerate(shapes):
-            here = [(each, table) for each, table in found if each.config.shape == shape]
-            for i, (each, table) in enumerate(here):
+            here = [
+                (each, _medians(table, grounds, damages))
+                for each, table in found
+                if each.config.shape == shape
+            ]
+            # One scale for a shape, so that equal shades are equal speeds.
+            most = max(1e-6, *(float(np.nanmax(medians, initial=0.0)) for _, medians in here))
+            for i, (each, medians) in enumerate(here):
                 axes = sheet.panel(row, i)
-                _draw_map(axes, _medians(table, grounds, damages))
+                _draw_map(axes, medians, most)
                 axes.set_xticks(range(len(damages)), damages)
                 axes.set_yticks(range(len(grounds)), grounds)
                 axes.set_title(f"{each.config.shape}\n{each.config.sensors}, {each.label}")
@@ -117,10 +123,9 @@ def _medians(table: Table, grounds: Sequence[str], damages: Sequence[str]) -> Va
     return medians
 
 
-def _draw_map(axes: Axes, medians: Values) -> None:
-    most = max(float(np.nanmax(medians, initial=0.0)), 1e-6)
+def _draw_map(axes: Axes, medians: Values, most: float) -> None:
     axes.imshow(np.nan_to_num(medians), cmap="cividis", vmin=0, vmax=most, aspect="auto")
     for (i, j), value in np.ndenumerate(medians):
-        text = "–" if np.isnan(value) else f"{value:.1f}"
+        text = "–" if np.isnan(value) else f"{value:z.1f}"  # no "-0.0"
         color = "black" if value > most / 2 else "white"
         axes.text(j, i, text, ha="center", va="center", fontsize=6, color=color)
