@@ -36,8 +36,9 @@ class EvolveConfig:
     sharing: Literal["full", "single", "presynaptic", "postsynaptic", "grouped"] = "full"
     """Which synapses share a rule; "grouped" is one rule per kind of sensor."""
 
-    normalize: Literal["none", "l2"] = "none"
-    """Weights as the rules leave them, or every neuron's incoming weights scaled to norm 1."""
+    normalize: Literal["none", "l2", "minmax"] = "none"
+    """Weights as the rules leave them, or every neuron's incoming weights scaled to norm 1 ("l2",
+    the paper's text), or mapped onto [-1, 1] ("minmax", the paper's code)."""
 
     eta: float | Literal["evolved"] = 0.01
     """Learning rate, or "evolved" for one gene per rule."""

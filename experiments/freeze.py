@@ -113,9 +113,10 @@ def freeze(champions: Champions, n_terrains: int = 3, seed: int = 0) -> Freezing
     school, exam = school_and_exam(config, n_terrains, seed)
     snapshots = learn(config, champions.genomes, range(int(config.duration) + 1), school)
     speeds = act(config, snapshots, exam)
+    bound = "" if config.normalize == "none" else f", normalized ({config.normalize})"
     title = (
-        f"{config.shape}, {config.sensors} sensors, damage {config.damage}"
-        f"{', normalized' if config.normalize == 'l2' else ''}, {len(champions.genomes)} run(s)"
+        f"{config.shape}, {config.sensors} sensors, damage {config.damage}{bound}, "
+        f"{len(champions.genomes)} run(s)"
     )
     return Freezing(title, exam.names, speeds.transpose(0, 1))
 

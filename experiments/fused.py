@@ -28,6 +28,8 @@ from physics.numerics import tanh
 __all__ = ["Brain", "pack"]
 
 _LAYERS, _STRIDE, _PLASTIC, _NORMALIZE, _SIZES = range(5)
+_L2, _MINMAX = 1, 2
+_NORMALIZATIONS = {None: 0, "l2": _L2, "minmax": _MINMAX}
 _PLASTIC_ITEMS = 5
 _W, _A, _B, _C, _D = range(_PLASTIC_ITEMS)
 
@@ -66,8 +68,10 @@ def _think(S: ti.template(), brain: ti.template(), g, m: ti.template(), T: ti.te
             brain[g, post + j] = y
             if plastic != 0:
                 squares = _update_row(brain, g, row, pre, n_in, y, alive, T)
-                if normalize != 0:
+                if normalize == _L2:
                     _scale_row(brain, g, row, n_in, squares, T)
+                if normalize == _MINMAX:
+                    _stretch_row(brain, g, row, n_in, T)
             row += stride * n_in
         pre = post
         n_in = n_out
@@ -109,6 +113,23 @@ def _scale_row(brain: ti.template(), g, row, n_in, squares, T: ti.template()):
     for i in range(n_in):
         o = row + _PLASTIC_ITEMS * i
         brain[g, o] = brain[g, o] / norm
+
+
+@ti.func
+def _stretch_row(brain: ti.template(), g, row, n_in, T: ti.template()):
+    """Maps the incoming weights of one neuron onto [-1, 1]."""
+    low, high = brain[g, row], brain[g, row]
+    for i in range(1, n_in):
+        w = brain[g, row + _PLASTIC_ITEMS * i]
+        low = ti.min(low, w)
+        high = ti.max(high, w)
+    span = high - low
+    zero, one = T.vec(0.0), T.vec(1.0)
+    for i in range(n_in):
+        o = row + _PLASTIC_ITEMS * i
+        w = brain[g, o]
+        spread = (w - low) / ti.select(span > zero, span, one) * T.f(2.0) - one
+        brain[g, o] = ti.select(span > zero, spread, w)
 
 
 @lru_cache
@@ -179,7 +200,7 @@ def pack(
     """
     _check_fit(sim, network, state)
     layers = list(network.layers) if isinstance(network, hebbtorch.HebbianMLP) else []
-    normalize = bool(layers) and layers[0].normalize == "l2"
+    normalize = _NORMALIZATIONS[layers[0].normalize if layers else None]
     header = [len(network.sizes) - 1, _stride(network), bool(layers) and plastic, normalize]
     header += network.sizes
     rows = [

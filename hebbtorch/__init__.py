@@ -24,7 +24,7 @@ Robots". Equation, section and algorithm numbers in this package are that paper'
 """
 
 from hebbtorch.bank import RuleBank
-from hebbtorch.bounds import l2_normalize
+from hebbtorch.bounds import l2_normalize, minmax_rescale
 from hebbtorch.evolution import AskTell, EvolutionStrategy
 from hebbtorch.genome import Evolvable, GeneBlock
 from hebbtorch.linear import HebbianLinear
@@ -51,5 +51,6 @@ __all__ = [
     "StaticMLP",
     "abcd_update",
     "l2_normalize",
+    "minmax_rescale",
     "rule_grid",
 ]

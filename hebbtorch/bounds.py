@@ -24,7 +24,29 @@ def l2_normalize(weights: Tensor) -> Tensor:
     return weights / torch.where(squares > 0, squares, 1.0).sqrt()
 
 
-BOUNDS: dict[str | None, Callable[[Tensor], Tensor] | None] = {None: None, "l2": l2_normalize}
+def minmax_rescale(weights: Tensor) -> Tensor:
+    """Map each neuron's incoming weights onto [-1, 1], from the least to the greatest of them.
+
+    This is what the paper's own code does where its text says `l2_normalize`. A row of equal
+    weights stays as it is.
+
+    Args:
+        weights: (*P, out, in).
+
+    Returns:
+        New weights, (*P, out, in), each row from -1 to 1.
+    """
+    low, high = weights.amin(-1, keepdim=True), weights.amax(-1, keepdim=True)
+    span = high - low
+    spread = (weights - low) / torch.where(span > 0, span, 1.0) * 2.0 - 1.0
+    return torch.where(span > 0, spread, weights)
+
+
+BOUNDS: dict[str | None, Callable[[Tensor], Tensor] | None] = {
+    None: None,
+    "l2": l2_normalize,
+    "minmax": minmax_rescale,
+}
 
 
 def bound_named(normalize: str | None) -> Callable[[Tensor], Tensor] | None:
@@ -34,5 +56,5 @@ def bound_named(normalize: str | None) -> Callable[[Tensor], Tensor] | None:
         ValueError: the name is unknown.
     """
     if normalize not in BOUNDS:
-        raise ValueError(f"normalize: expected None or 'l2', got {normalize!r}")
+        raise ValueError(f"normalize: expected None, 'l2' or 'minmax', got {normalize!r}")
     return BOUNDS[normalize]

@@ -31,7 +31,8 @@ class HebbianLinear(Evolvable):
         sharing: which synapses share a rule, see `hebbtorch.sharing`.
         groups: with sharing="grouped", one label per input.
         eta: learning rate; or "evolved", one gene per rule, eta = 0.01 * 10**gene.
-        normalize: None, or "l2": incoming weights are divided by their norm after each update.
+        normalize: None; "l2": incoming weights are divided by their norm after each update; or
+            "minmax": they are mapped onto [-1, 1].
         terms: which terms of the rule exist, such as "BCD" without A; the others have no genes
             and are zero.
         population: P, dimensions of the population.

@@ -32,7 +32,8 @@ class HebbianMLP(Evolvable):
         groups: with sharing="grouped", one label per input: one rule per distinct label for the
             synapses that leave the inputs, and one rule for each other layer.
         eta: learning rate; or "evolved", one gene per rule, eta = 0.01 * 10**gene.
-        normalize: None, or "l2": incoming weights are divided by their norm after each update.
+        normalize: None; "l2": incoming weights are divided by their norm after each update; or
+            "minmax": they are mapped onto [-1, 1].
         terms: which terms of the rules exist, such as "BCD" without A; the others have no genes
             and are zero.
         population: P, dimensions of the population.

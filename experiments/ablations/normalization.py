@@ -1,4 +1,7 @@
-"""Weights that cannot diverge, and their freezing (paper, Fig. 8, 10)."""
+"""Weights that cannot diverge, and their freezing (paper, Fig. 8, 10).
+
+"l2" is what the paper's text says, "minmax" what its code does.
+"""
 
 from experiments.ablations.bodies import HIGH_BODIES
 from experiments.campaign.grid import Grid
@@ -10,7 +13,7 @@ __all__ = ["STUDY"]
 STUDY = Study(
     name="normalization",
     question="Does it take diverging weights to move fast, and to keep what was learned?",
-    grids=(Grid(axes={**HIGH_BODIES, "normalize": ("none", "l2")}),),
+    grids=(Grid(axes={**HIGH_BODIES, "normalize": ("none", "l2", "minmax")}),),
     analyses=("frozen",),
     figures=("normalization", "normalized_freezing"),
 )

@@ -64,7 +64,7 @@ MACHINE_OPTIONS = ("device", "threads", "loop")
 
 _NAMED: dict[str, Callable[[Any], str]] = {
     "sharing": str,
-    "normalize": lambda value: "normalized",
+    "normalize": lambda value: "normalized" if value == "l2" else f"normalized-{value}",
     "eta": lambda value: f"eta-{value}",
     "init": lambda value: f"init-{value}",
     "damage": lambda value: f"damage-{value}",

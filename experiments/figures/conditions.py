@@ -32,6 +32,7 @@ _NAMES = {
     ("sharing", "presynaptic"): "pre-synaptic",
     ("sharing", "postsynaptic"): "post-synaptic",
     ("normalize", "l2"): "normalized",
+    ("normalize", "minmax"): "min-max",
     ("eta", "evolved"): "η evolved",
     ("init", "uniform"): "U(-1, 1)",
 }

@@ -42,8 +42,9 @@ def true_learning(run_folders: Sequence[Path], out: Path) -> list[Path]:
 
 
 def normalized_freezing(run_folders: Sequence[Path], out: Path) -> list[Path]:
-    """Fig. 10: as Fig. 6, with normalized weights."""
-    return _figure(run_folders, out, "normalized_freezing", {"normalize": "l2"})
+    """Fig. 10: as Fig. 6, with normalized weights; a figure for each way to normalize."""
+    by_norm = _figure(run_folders, out, "normalized_freezing", {"normalize": "l2"})
+    return by_norm + _figure(run_folders, out, "minmax_freezing", {"normalize": "minmax"})
 
 
 def frozen_speeds(condition: Condition) -> Frozen | None:

@@ -52,17 +52,22 @@ class Life:
 def weight_distributions(run_folders: Sequence[Path], out: Path) -> list[Path]:
     """Fig. 7 and 9: how often which weights occur, at three times of a life.
 
-    Two figures, one without and one with normalization of the weights.
+    A figure without normalization of the weights, and one for each way to normalize.
     """
     conditions = gather(run_folders)
-    plain = _weights(conditions, out, "weight_distributions", {})
-    return plain + _weights(conditions, out, "normalized_weight_distributions", {"normalize": "l2"})
+    figures: tuple[tuple[str, dict[str, str]], ...] = (
+        ("weight_distributions", {}),
+        ("normalized_weight_distributions", {"normalize": "l2"}),
+        ("minmax_weight_distributions", {"normalize": "minmax"}),
+    )
+    return [file for name, variant in figures for file in _weights(conditions, out, name, variant)]
 
 
 def activations(run_folders: Sequence[Path], out: Path) -> list[Path]:
     """How often which activations occur over a life, and their course at its end (Sec. IV-C)."""
     conditions = gather(run_folders)
-    found = [*_of_variant(conditions, {}), *_of_variant(conditions, {"normalize": "l2"})]
+    variants: list[dict[str, str]] = [{}, {"normalize": "l2"}, {"normalize": "minmax"}]
+    found = [each for variant in variants for each in _of_variant(conditions, variant)]
     lives = sorted(_lives(found), key=lambda life: life.condition.where)
     if not lives:
         return []

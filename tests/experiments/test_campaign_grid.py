@@ -193,6 +193,7 @@ def names(study: str) -> list[str]:
 
 BODIES = [f"{s}-{a}" for s in ("biped-4x3", "worm-7x1") for a in ("low", "medium", "high")]
 HIGH = [body for body in BODIES if body.endswith("high")]
+NORMALIZED = ("hebbian", "hebbian-normalized", "hebbian-normalized-minmax")
 
 
 def each_of(bodies: list[str], *suffixes: str) -> set[str]:
@@ -206,8 +207,8 @@ def each_of(bodies: list[str], *suffixes: str) -> set[str]:
         ("generalization", each_of(BODIES, "hebbian", "mlp")),
         ("damage", each_of(BODIES, "hebbian-damage-half", "mlp-damage-half")),
         ("true_learning", each_of(HIGH, "hebbian")),
-        ("weight_dynamics", each_of(HIGH, "hebbian", "hebbian-normalized")),
-        ("normalization", each_of(HIGH, "hebbian", "hebbian-normalized")),
+        ("weight_dynamics", each_of(HIGH, *NORMALIZED)),
+        ("normalization", each_of(HIGH, *NORMALIZED)),
         ("learning_rate", each_of(BODIES, "hebbian", "hebbian-eta-evolved")),
         (
             "rule_sharing",
@@ -242,9 +243,9 @@ def test_studies_share_conditions() -> None:
                 assert found.setdefault(each.name, each.config) == each.config
         return found
 
-    # 12 plain, 12 damaged, 2 normalized, 6 with eta evolved, 24 sharing rules, 6 born random
-    assert len(union("paper")) == 12 + 12 + 2 + 6 + 24 + 6
-    assert len(union("all")) == 62 + 8  # ... and 8 without a term
+    # 12 plain, 12 damaged, 4 normalized, 6 with eta evolved, 24 sharing rules, 6 born random
+    assert len(union("paper")) == 12 + 12 + 4 + 6 + 24 + 6
+    assert len(union("all")) == 64 + 8  # ... and 8 without a term
     for config in union("all").values():
         assert (config.runs, config.generations, config.population) == (10, 500, 40)
         assert (config.duration, config.terrain, config.sigma) == (60.0, "hilly-3-30", 0.35)

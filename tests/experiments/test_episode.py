@@ -25,7 +25,15 @@ def born(config: EvolveConfig):
 
 
 @pytest.mark.parametrize(
-    "options", [{}, {"terms": "BD"}, {"controller": "mlp"}], ids=["hebbian", "terms", "mlp"]
+    "options",
+    [
+        {},
+        {"terms": "BD"},
+        {"normalize": "l2"},
+        {"normalize": "minmax"},
+        {"controller": "mlp"},
+    ],
+    ids=["hebbian", "terms", "l2", "minmax", "mlp"],
 )
 @pytest.mark.parametrize(
     ("loop", "tolerance"),

@@ -74,4 +74,8 @@ def live(genome, sizes, weights, inputs, *, sharing="full", groups=None, eta=0.0
                     norm = math.sqrt(sum(w * w for w in row))
                     if norm > 0:
                         row[:] = [w / norm for w in row]
+                elif normalize == "minmax":
+                    low, span = min(row), max(row) - min(row)
+                    if span > 0:
+                        row[:] = [2 * (w - low) / span - 1 for w in row]
     return outputs, weights

@@ -7,7 +7,7 @@ from torch.func import functional_call, vmap
 import hebbtorch
 
 
-@pytest.mark.parametrize("normalize", [None, "l2"])
+@pytest.mark.parametrize("normalize", [None, "l2", "minmax"])
 @pytest.mark.parametrize("eta", [0.3, "evolved"])
 @pytest.mark.parametrize("sharing", hebbtorch.SHARINGS)
 def test_gradcheck_of_three_steps(sharing, eta, normalize):

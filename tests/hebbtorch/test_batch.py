@@ -47,7 +47,7 @@ def assert_alone_equals_batch(n, sizes, dtype, members, population=(), **options
 
 
 @pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
-@pytest.mark.parametrize("normalize", [None, "l2"])
+@pytest.mark.parametrize("normalize", [None, "l2", "minmax"])
 @pytest.mark.parametrize("n_in", [1, 3, 29, 48])
 @pytest.mark.parametrize("n_out", [1, 7, 10])
 def test_forty_together_equal_each_alone(n_in, n_out, normalize, dtype):

@@ -12,10 +12,12 @@ STEPS = 25
 
 
 @pytest.mark.parametrize("eta", [0.05, "evolved"])
-@pytest.mark.parametrize("normalize", [None, "l2"])
+@pytest.mark.parametrize("normalize", [None, "l2", "minmax"])
 @pytest.mark.parametrize("sharing", hebbtorch.SHARINGS)
 @pytest.mark.parametrize("init", ["zeros", "uniform"])
 def test_network_equals_scalar_loops(sharing, normalize, eta, init):
+    if (init, sharing, normalize) == ("zeros", "presynaptic", "minmax"):
+        pytest.skip("all neurons of a layer become equal but for rounding, which minmax magnifies")
     generator = torch.Generator().manual_seed(3)
     groups = GROUPS if sharing == "grouped" else None
     net = hebbtorch.HebbianMLP(

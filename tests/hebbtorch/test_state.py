@@ -100,6 +100,12 @@ def test_l2_leaves_rows_of_zeros_at_zero():
     assert (y == 0).all()
 
 
+def test_minmax_maps_every_row_onto_its_bounds_but_equal_weights():
+    weights = torch.tensor([[1.0, 2.0, 5.0], [-3.0, -3.0, -3.0]], dtype=torch.float64)
+    mapped = hebbtorch.minmax_rescale(weights)
+    assert mapped.tolist() == [[-1.0, -0.5, 1.0], [-3.0, -3.0, -3.0]]
+
+
 def test_stateful_layer_is_the_network_with_its_state_inside():
     net = hebbtorch.HebbianMLP([3, 4, 2], population=(4,))
     layer = hebbtorch.Stateful(net, "uniform", generator=seeded(4))
