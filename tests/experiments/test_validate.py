@@ -171,7 +171,7 @@ def test_the_quick_cases_of_the_own_copy_pass() -> None:
 
 # --- other robots than the recorded ones --------------------------------------------------------
 
-SHAPE, PROFILE = "comb-5x2", {"xs": [0, 10, 500, 900], "ys": [50, 5, 30, 5]}
+SHAPE, PROFILE = "T-5x2", {"xs": [0, 10, 500, 900], "ys": [50, 5, 30, 5]}
 
 
 def recorded_gaits(folder: Path, speeds: np.ndarray | None = None) -> np.ndarray:
