@@ -30,6 +30,7 @@ __all__ = [
     "Checkpoint",
     "RunStore",
     "lock_folder",
+    "make_room",
     "read_checkpoint",
     "read_config",
     "write_atomically",
@@ -160,6 +161,25 @@ def read_config(folder: Path) -> EvolveConfig:
     except (ValueError, OSError) as error:
         raise ValueError(f"run: cannot use {str(path)!r}: {error}") from error
     return config
+
+
+def make_room(file: Path | None, folder: Path | None) -> None:
+    """Make the folders that results will be written into, before minutes are spent on them.
+
+    Args:
+        file: of the option --json, if asked for.
+        folder: of the option --out, if asked for.
+
+    Raises:
+        ValueError: the file is a folder, or the folder a file.
+    """
+    if file is not None and file.is_dir():
+        raise ValueError(f"json: expected a file to write, got the folder {file}")
+    if folder is not None and folder.exists() and not folder.is_dir():
+        raise ValueError(f"out: expected a folder, got the file {folder}")
+    for each in (folder, file and file.parent):
+        if each is not None:
+            each.mkdir(parents=True, exist_ok=True)
 
 
 def write_atomically(path: Path, content: bytes) -> None:

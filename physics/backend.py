@@ -51,15 +51,14 @@ def start(device: str) -> None:
     """Starts Taichi once per process; a second call does nothing.
 
     A second ``ti.init`` would invalidate every compiled kernel, hence the guard.
+    ``default_fp`` is f64 so that literals keep their digits; kernels cast them to their own
+    type. ``cfg_optimization`` is off because it costs compile time for no speed.
 
     Args:
         device: "cpu" or "cuda".
 
     Raises:
         ValueError: this process simulates on the other one already.
-
-    ``default_fp`` is f64 so that literals keep their digits; kernels cast them to their own
-    type. ``cfg_optimization`` is off because it costs compile time for no speed.
     """
     global _started
     with _lock:
@@ -242,15 +241,14 @@ def integers(ndim: int) -> Any:
 
 
 def packed(items: Tensor, lanes: int) -> Tensor:
-    """A tensor of groups and items, (groups, items, ...), as kernels take it; a view of it if its
-    memory is in that order, as that of `unpacked` tensors is."""
-    return (items.transpose(0, 1) if lanes == 1 else items).contiguous()
+    """A tensor of groups and items, (groups, items, ...), as kernels take it: a view, contiguous
+    if its memory is in that order, as that of `unpacked` tensors is."""
+    return items.transpose(0, 1) if lanes == 1 else items
 
 
 def unpacked(items: Tensor, lanes: int) -> Tensor:
     """The same values (groups, items, ...), with their memory in the order of kernels."""
-    kernels = packed(items, lanes)
-    return kernels.transpose(0, 1) if lanes == 1 else kernels
+    return packed(packed(items, lanes).contiguous(), lanes)  # a transposition undoes itself
 
 
 def lanes_for(n_worlds: int, dtype: torch.dtype, threads: int | None, device: str) -> int:

@@ -172,14 +172,24 @@ class Simulator(Observed):
         """Many steps with a controller inside the kernel (see ``rollout.closed_loop``).
 
         Args:
-            kernel: built for this simulator's dtype and lanes.
-            brain: the controller's tensor, (groups, items, lanes), changed in place; its memory
-                in the order of kernels (`backend.unpacked`).
+            kernel: built for this simulator's program.
+            brain: the controller's tensor, (groups, items, lanes), of this simulator's dtype,
+                changed in place; its memory in the order of kernels (`backend.unpacked`).
             steps: how many.
+
+        Raises:
+            ValueError: a tensor for other worlds, of another type or in another order.
         """
+        groups = self._state.items.shape[0]
+        setup.tensor("brain", brain, groups=groups, items=None, lanes=self.lanes)
+        packed = backend.packed(brain, self.lanes)
+        if brain.dtype != self.dtype or not packed.is_contiguous():
+            raise ValueError(
+                f"brain: expected {self.dtype} in the order of backend.unpacked, got "
+                f"{brain.dtype} with strides {brain.stride()}"
+            )
         self._reserve(steps)
-        packed_brain = backend.packed(brain, self.lanes)
-        kernel(*self._tensors(), packed_brain, steps, self._chunks)
+        kernel(*self._tensors(), packed, steps, self._chunks)
         self._steps += steps
 
     # --- set-up and checks ----------------------------------------------------------------------

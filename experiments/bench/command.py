@@ -25,6 +25,7 @@ from experiments.bench.profile import step_stages
 from experiments.bench.row import Row, Stage
 from experiments.bench.setting import Setting
 from experiments.bench.timing import Bystanders
+from experiments.store import make_room
 from physics import setup
 
 __all__ = ["Measurement", "bench", "measurements", "processes"]
@@ -58,7 +59,7 @@ def bench(
     setup.positive_integer("threads", available_cores() if threads is None else threads)
     if seed < 0:
         raise ValueError(f"seed: expected an integer >= 0, got {seed}")
-    _make_room(json, out)
+    make_room(json, out)
     console = Console(highlight=False)
     if not console.is_terminal:
         console = Console(highlight=False, width=_PLAIN_WIDTH)
@@ -122,14 +123,3 @@ def _measure(console: Console, setting: Setting) -> list[Row]:
         seconds = time.perf_counter() - started
         console.print(f"{number}/{len(rounds)} {name}: {seconds:.1f} s")
     return list(rows.values())
-
-
-def _make_room(json: Path | None, out: Path | None) -> None:
-    """Makes the folders to write into, before minutes are spent on measurements."""
-    if json is not None and json.is_dir():
-        raise ValueError(f"json: expected a file to write, got the folder {json}")
-    if out is not None and out.exists() and not out.is_dir():
-        raise ValueError(f"out: expected a folder, got the file {out}")
-    for folder in (out, json and json.parent):
-        if folder is not None:
-            folder.mkdir(parents=True, exist_ok=True)

@@ -119,7 +119,8 @@ class PartialStep:
     def __init__(self, robots: Workload) -> None:
         sim = robots.sim
         self._kernel = _kernel(sim.dtype, sim.lanes)
-        sim.run_closed_loop(self._copy, torch.empty(0), 0)
+        no_brain = torch.empty(-(-sim.n_worlds // sim.lanes), 0, sim.lanes, dtype=sim.dtype)
+        sim.run_closed_loop(self._copy, no_brain, 0)
 
     def _copy(self, *arguments: Any) -> None:
         """In the place of a kernel: copies the tensors that it would be given first."""

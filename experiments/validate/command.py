@@ -7,6 +7,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from experiments.store import make_room
 from experiments.validate import (
     batches,
     falls,
@@ -58,7 +59,7 @@ def validate(
         console = Console(highlight=False, width=_PLAIN_WIDTH)
     folder = OWN_COPY if reference is None else reference
     found = _collect(Recordings(folder))
-    _make_room(json, out)
+    make_room(json, out)
     outcomes: list[Outcome | Skip] = []
     setting = Setting(engine or Engine(), seed)
     n_cases = sum(isinstance(case, Case) for case in found)
@@ -71,17 +72,6 @@ def validate(
         done = sum(isinstance(outcome, Outcome) for outcome in outcomes)
         console.print(f"{done}/{n_cases} {case.name}: {time.perf_counter() - started:.1f} s")
     return _conclude(console, outcomes, folder, seed, json, out)
-
-
-def _make_room(json: Path | None, out: Path | None) -> None:
-    """Makes the folders to write into, before minutes are spent on the replays."""
-    if json is not None and json.is_dir():
-        raise ValueError(f"json: expected a file to write, got the folder {json}")
-    if out is not None and out.exists() and not out.is_dir():
-        raise ValueError(f"out: expected a folder, got the file {out}")
-    for folder in (out, json and json.parent):
-        if folder is not None:
-            folder.mkdir(parents=True, exist_ok=True)
 
 
 def _collect(recordings: Recordings) -> list[Case | Skip]:

@@ -7,11 +7,11 @@ import pytest
 import torch
 
 import hebbtorch
-from experiments import controller
+from experiments import controller, fused
 from experiments.config import EvolveConfig
 from experiments.episode import Life, live
 from experiments.evaluate import world
-from physics import Terrain
+from physics import Simulator, Terrain
 
 N = 3
 
@@ -106,3 +106,22 @@ def test_weights_at_birth_matter(tiny: EvolveConfig) -> None:
     assert not torch.equal(given.speed, default.speed)
     zero = live(sim, networks, tiny.duration, state=networks.initial_state())
     assert torch.equal(zero.speed, default.speed)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda items: items[:1], r"brain: expected a tensor of shape \(groups=2"),
+        (lambda items: items.double(), "brain: expected torch.float32 in the order"),
+        (lambda items: items.mT.contiguous().mT, "brain: expected .* got .* with strides"),
+    ],
+    ids=["other worlds", "another type", "another order"],
+)
+def test_a_brain_for_other_worlds_is_refused(change: Any, message: str) -> None:
+    """A kernel takes what it is given for what it was compiled for."""
+    sim = Simulator("worm-2x1", None, 16, sensors="high", lanes=8)
+    networks = hebbtorch.HebbianMLP([sim.n_readings, 2], population=(16,))
+    brain = fused.pack(sim, networks, networks.initial_state())
+    brain.run(sim, 1)
+    with pytest.raises(ValueError, match=message):
+        replace(brain, items=change(brain.items)).run(sim, 1)
