@@ -14,7 +14,6 @@ A plastic synapse has five items, w and eta times A, B, C, D; a static one has w
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import torch
 from torch import Tensor
@@ -22,7 +21,7 @@ from torch import Tensor
 import hebbtorch
 from physics import Simulator, actuate, rollout
 from physics import layout as lay
-from physics.backend import Program, ti, unpacked
+from physics.backend import Kernel, Program, ti, unpacked
 from physics.numerics import tanh
 
 __all__ = ["Brain", "pack"]
@@ -133,7 +132,7 @@ def _stretch_row(brain: ti.template(), g, row, n_in, T: ti.template()):
 
 
 @lru_cache
-def _kernel(program: Program) -> Any:
+def _kernel(program: Program) -> Kernel:
     return rollout.closed_loop(program, _think)
 
 
@@ -154,7 +153,7 @@ class Brain:
 
     def run(self, sim: Simulator, steps: int) -> None:
         """Lets the worlds of ``sim`` live for some control steps."""
-        sim.run_closed_loop(_kernel(sim.program), self.items, steps)
+        sim.run_closed_loop(_kernel, self.items, steps)
 
     def activations(self) -> tuple[Tensor, ...]:
         """Of all neurons in the last step, the inputs first: per layer (worlds, neurons)."""

@@ -4,17 +4,18 @@ Taichi 1.7.4 is the last release of its line, so the rest of the package uses a 
 of the language through the names exported here, and the backend stays replaceable.
 
 Worlds are simulated in groups: every quantity of a group is one vector with a lane per world.
-Kernels are strict IEEE (``fast_math=False``): a world's result depends neither on its lane nor on
-its neighbours.
+On a CPU kernels are strict IEEE (``fast_math=False``): a world's result depends neither on its lane
+nor on its neighbours.
 
 With one lane per group a kernel is the scalar program, a world per thread, and the tensors lie the
 other way round: an item of all worlds side by side. That is how a GPU runs; the CPU can run it too,
-which is how it is checked.
+which is how it is checked. For a GPU Taichi always contracts to fused multiply-adds, flushes
+denormals and divides approximately in float32: results are those of the CPU to rounding only.
 
-``real_matrix_scalarize=False`` keeps these vectors whole down to LLVM's own vector types. Measured
-against the default, which takes them apart and leaves it to LLVM to find them again: 2.3 times
-the speed, a quarter of the compile time. In this mode Taichi 1.7.4 knows only part of its
-operations on vectors; the others abort the process in LLVM. Use on lane vectors ``+ - * /``,
+``real_matrix_scalarize=False``, on the CPU, keeps these vectors whole down to LLVM's own vector
+types. Measured against the default, which takes them apart and leaves it to LLVM to find them
+again: 2.3 times the speed, a quarter of the compile time. In this mode Taichi 1.7.4 knows only part
+of its operations on vectors; the others abort the process in LLVM. Use on lane vectors ``+ - * /``,
 comparisons, ``& | ~`` of masks, ``select``, ``max``, ``min``, ``sqrt``. Write ``0 - x`` for ``-x``,
 ``x = x - y`` for ``x -= y``, ``numerics.magnitude`` for ``abs``, ``numerics.any_lane`` for ``any``
 (which sees lane 0 alone, silently, as ``mask[lane]`` sees nothing); do casts, bits and libm
@@ -27,6 +28,7 @@ import contextlib
 import io
 import os
 import threading
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -37,11 +39,12 @@ os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
 
 import taichi as ti
 from taichi.lang import impl as _impl
+from taichi.lang.ast.ast_transformer_utils import ASTTransformerContext as _Reader
 
-_NARROW, _WIDE = 8, 16  # worlds per group
 # A CPU range-for of Taichi is never split below this many iterations, so a loop over chunks runs
 # as ``for q in range(GRAIN * chunks): if q % GRAIN == 0: ...  # chunk q // GRAIN``.
 GRAIN = 512
+_MOST = 2**31 - 1  # numbers in a tensor
 
 _lock = threading.Lock()
 _started = ""  # "cpu" or "cuda"
@@ -52,7 +55,9 @@ def start(device: str) -> None:
 
     A second ``ti.init`` would invalidate every compiled kernel, hence the guard.
     ``default_fp`` is f64 so that literals keep their digits; kernels cast them to their own
-    type. ``cfg_optimization`` is off because it costs compile time for no speed.
+    type. ``cfg_optimization`` is off because it costs compile time for no speed. On a GPU blocks
+    of one warp spread few worlds over many multiprocessors, and vectors of one lane must be taken
+    apart: Taichi's CUDA has no square root of a vector.
 
     Args:
         device: "cpu" or "cuda".
@@ -77,7 +82,8 @@ def start(device: str) -> None:
                 fast_math=False,
                 cfg_optimization=False,
                 log_level=ti.WARN,
-                real_matrix_scalarize=False,
+                real_matrix_scalarize=device == "cuda",
+                default_gpu_block_dim=32,
             )
         _started = device
 
@@ -92,12 +98,28 @@ class Features(NamedTuple):
 
 
 class Program(NamedTuple):
-    """What a kernel is compiled for."""
+    """What a kernel is compiled for.
+
+    Attributes:
+        dtype: torch.float32 or torch.float64.
+        lanes: worlds of a group that it simulates: all, or the first ones (see ``narrow``).
+        places: worlds of a group in memory, a multiple of lanes.
+        features: see `Features`.
+        device: "cpu" or "cuda".
+    """
 
     dtype: torch.dtype
     lanes: int
+    places: int
     features: Features = Features()
     device: str = "cpu"
+
+    def packed(self, items: Tensor) -> Tensor:
+        """A tensor (groups, items, places), its memory in the order of kernels, as this program
+        takes it: a view, in vectors of its lanes."""
+        if self.lanes == self.places:
+            return packed(items, self.lanes)
+        return items.view(items.shape[0], -1, self.lanes)
 
 
 @dataclass(frozen=True)
@@ -107,7 +129,8 @@ class Real:
     Attributes:
         f: Taichi's scalar type; ``f(0.1)`` in a kernel is a literal of this type.
         vec: one value per lane.
-        lanes: worlds per group.
+        lanes: worlds of a group that are simulated.
+        places: worlds of a group in memory.
         double: whether f is float64.
         features: stages of the engine that the kernel has.
         on_gpu: whether it runs on a GPU.
@@ -116,6 +139,7 @@ class Real:
     f: Any
     vec: Any
     lanes: int
+    places: int
     double: bool
     features: Features
     on_gpu: bool
@@ -137,9 +161,14 @@ class Real:
 
     @property
     def array(self) -> Any:
-        """Kernel argument: lane vectors, a contiguous torch tensor (groups, items, lanes), or
-        (items, groups, 1) in the scalar program. Kernels use it through `view`."""
+        """Kernel argument: lane vectors, a tensor of `Program.packed`. Kernels use it through
+        `view`."""
         return ti.types.ndarray(dtype=self.vec, ndim=2)
+
+    @property
+    def narrow(self) -> bool:
+        """Whether a group has places for more worlds than are simulated."""
+        return self.lanes < self.places
 
     @property
     def grain(self) -> int:
@@ -148,7 +177,7 @@ class Real:
 
     def view(self, array: Any) -> View:
         """In a kernel: an array of groups and items, to be indexed as ``[group, item]``."""
-        return View(array, self.lanes == 1)
+        return View(array, self.places == 1)
 
     def scalars(self, ndim: int) -> Any:
         """Kernel argument: a contiguous torch tensor of ndim dimensions."""
@@ -161,14 +190,15 @@ def real(program: Program) -> Real:
     Raises:
         ValueError: its dtype is neither float32 nor float64.
     """
-    dtype, lanes, features, device = program
+    dtype, lanes, places, features, device = program
     if dtype not in (torch.float32, torch.float64):
         raise ValueError(
             f"dtype: expected torch.float32 or torch.float64, got {dtype}; choose one of these"
         )
     double = dtype == torch.float64
     f = ti.f64 if double else ti.f32
-    return Real(f, ti.types.vector(lanes, f), lanes, double, features, device == "cuda")
+    vec = ti.types.vector(lanes, f)
+    return Real(f, vec, lanes, places, double, features, device == "cuda")
 
 
 class Kernel:
@@ -187,10 +217,24 @@ class Kernel:
         self._compiled: Any = None
 
     def __call__(self, *arguments: Tensor | int) -> None:
-        """Launch it: contiguous tensors and integers as in its declaration."""
+        """Launch it.
+
+        Args:
+            arguments: contiguous tensors and integers as in its declaration.
+
+        Raises:
+            ValueError: a tensor is too large for Taichi.
+        """
+        for value in arguments:
+            if isinstance(value, Tensor) and value.numel() > _MOST:
+                raise ValueError(
+                    f"tensor: expected at most {_MOST} numbers, which Taichi counts in 32 bits, "
+                    f"got shape {tuple(value.shape)}; give fewer worlds, or fewer steps, at once"
+                )
         program = _impl.get_runtime().prog
         if self._compiled is None:
-            self._function(*arguments)
+            with _brief_places():
+                self._function(*arguments)
             primal = self._function._primal
             (self._kernel,) = primal.compiled_kernels.values()
             self._compiled = program.compile_kernel(
@@ -212,6 +256,25 @@ class Kernel:
         program.launch_kernel(self._compiled, context)
 
 
+@contextlib.contextmanager
+def _brief_places() -> Iterator[None]:
+    """Lets Taichi name file and line of what it reads, and leave out the text of the line.
+
+    It makes that text for every expression, for the message of an error that may come, which
+    takes two thirds of its time before a compiled kernel is found in the cache.
+    """
+
+    def place(self: Any, node: Any) -> str:
+        line = node.lineno + self.lineno_offset
+        return f'File "{self.file}", line {line}, in {self.func.func.__name__}:\n'
+
+    full, _Reader.get_pos_info = _Reader.get_pos_info, place
+    try:
+        yield
+    finally:
+        _Reader.get_pos_info = full
+
+
 class View:
     """A kernel's array, (groups, items) or (items, groups), indexed as ``[group, item]``.
 
@@ -228,6 +291,11 @@ class View:
     def groups(self) -> Any:
         """Their number."""
         return self._array.shape[int(self._items_first)]
+
+    @property
+    def items(self) -> Any:
+        """Of each group."""
+        return self._array.shape[int(not self._items_first)]
 
     def __getitem__(self, index: tuple[Any, Any]) -> Any:
         group, item = index
@@ -249,29 +317,3 @@ def packed(items: Tensor, lanes: int) -> Tensor:
 def unpacked(items: Tensor, lanes: int) -> Tensor:
     """The same values (groups, items, ...), with their memory in the order of kernels."""
     return packed(packed(items, lanes).contiguous(), lanes)  # a transposition undoes itself
-
-
-def lanes_for(n_worlds: int, dtype: torch.dtype, threads: int | None, device: str) -> int:
-    """The fastest number of worlds per group; results do not depend on it.
-
-    Sixteen float32 worlds fill the widest vectors and run 1.4 times as fast as twice eight, if
-    they leave every thread a group of its own; in float64 eight already fill them. A GPU has
-    threads enough for every world.
-    """
-    if device == "cuda":
-        return 1
-    groups = -(-n_worlds // _WIDE)
-    wide = dtype == torch.float32 and n_worlds > _NARROW and groups >= _available(threads)
-    return _WIDE if wide else _NARROW
-
-
-def chunks(groups: int, threads: int | None, device: str) -> int:
-    """Into how many chunks a parallel loop over groups is cut: one per thread that runs."""
-    return groups if device == "cuda" else max(1, min(groups, _available(threads)))
-
-
-def _available(threads: int | None) -> int:
-    """Threads that may run: as many as asked for, or as this process has cores."""
-    if threads is not None:
-        return threads
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

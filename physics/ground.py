@@ -16,6 +16,7 @@ from physics.model import F_REACH
 from physics.numerics import any_lane, magnitude
 
 _RADIUS = material.SQUARE_HALF * math.sqrt(2)  # of the circle around a square [m]
+_OUTSKIRTS = _RADIUS * math.sqrt(2) + 0.01  # beyond that a square is surely not near [m]
 MARGIN = 2.0  # ground kept ready beyond what is within reach [m]
 _FAR = 1e30
 
@@ -60,7 +61,7 @@ def _fill_lane(
     The first segment has an even number, so that a segment keeps its parity, which is what
     names a contact pair, as the window moves.
     """
-    world = g * T.lanes + lane
+    world = g * T.places + lane
     points = terrain.shape[1]
     first = ti.cast(S[g, m.header + lay.H_WINDOW_BASE][lane], ti.i32)
     while first > 0 and terrain[world, first, 0] > low:
@@ -68,6 +69,7 @@ def _fill_lane(
     while first < points - 2 and terrain[world, first + 1, 0] <= low:
         first += 1
     first -= first % 2
+    top = T.f(-_FAR)
     for k in range(m.segments):
         o = m.window + lay.SEGMENT_ITEMS * k
         index = ti.min(first + k, points - 2)
@@ -75,13 +77,17 @@ def _fill_lane(
         dx = terrain[world, index + 1, 0] - x0
         dy = terrain[world, index + 1, 1] - y0
         length = ti.sqrt(dx * dx + dy * dy)
+        for y in ti.static((y0, y0 + dy)):
+            if y > top:  # which no point without height is
+                top = y
         if first + k > points - 2:  # beyond the last segment: nothing to stand on
-            length = T.f(-1.0)
+            y0 = T.f(-_FAR)
         S[g, o + lay.SE_X][lane] = x0
         S[g, o + lay.SE_Y][lane] = y0
-        S[g, o + lay.SE_TX][lane] = dx / ti.abs(length)
-        S[g, o + lay.SE_TY][lane] = dy / ti.abs(length)
+        S[g, o + lay.SE_TX][lane] = dx / length
+        S[g, o + lay.SE_TY][lane] = dy / length
         S[g, o + lay.SE_LENGTH][lane] = length
+    S[g, m.header + lay.H_WINDOW_TOP][lane] = top
     S[g, m.header + lay.H_WINDOW_BASE][lane] = ti.cast(first, T.f)
     S[g, m.header + lay.H_WINDOW_LOW][lane] = terrain[world, first, 0] if first > 0 else T.f(-_FAR)
     S[g, m.header + lay.H_WINDOW_HIGH][lane] = (
@@ -98,23 +104,66 @@ def detect(S: ti.template(), lists: ti.template(), g, m: ti.template(), T: ti.te
     count = 0
     for v in range(m.voxels):
         block = v * lay.VOXEL_ITEMS
-        for b in range(4):
-            for parity in range(lay.PAIRS_PER_BODY):
-                body = block + b * lay.BODY_ITEMS
-                pair = block + lay.PAIRS + (b * lay.PAIRS_PER_BODY + parity) * lay.PAIR_ITEMS
-                touched = 0
-                for half in range((m.segments - parity + 1) // 2):
-                    touched += _collide(S, g, m, body, pair, 2 * half + parity, T)
-                if touched > 0:
-                    entry = m.contact_list_new + 2 * count
-                    lists[g, entry] = pair
-                    lists[g, entry + 1] = body
-                    count += 1
+        touched = _touched_pairs(S, g, m, block, T)
+        for k in range(4 * lay.PAIRS_PER_BODY):
+            if touched & (1 << k):
+                entry = m.contact_list_new + 2 * count
+                lists[g, entry] = block + lay.PAIRS + k * lay.PAIR_ITEMS
+                lists[g, entry + 1] = block + (k // lay.PAIRS_PER_BODY) * lay.BODY_ITEMS
+                count += 1
     for n in range(old):
         _drop_lost(S, g, lists[g, m.contact_list + 2 * n], T)
     for n in range(2 * count):
         lists[g, m.contact_list + n] = lists[g, m.contact_list_new + n]
     lists[g, lay.L_CONTACTS] = count
+
+
+@ti.func
+def _touched_pairs(S: ti.template(), g, m: ti.template(), block, T: ti.template()):
+    """Which contact pairs of a voxel touch in any lane, a bit each.
+
+    Most voxels are far from the ground, and none is near all of its segments: a look at a circle
+    around the four squares spares one at each of them.
+    """
+    touched = 0
+    x_low, y_low = S[g, block + lay.X], S[g, block + lay.Y]
+    x_high, y_high = x_low, y_low
+    for b in ti.static(range(1, 4)):
+        x, y = S[g, block + b * lay.BODY_ITEMS + lay.X], S[g, block + b * lay.BODY_ITEMS + lay.Y]
+        x_low, x_high = ti.min(x_low, x), ti.max(x_high, x)
+        y_low, y_high = ti.min(y_low, y), ti.max(y_high, y)
+    if any_lane(y_low <= S[g, m.header + lay.H_WINDOW_TOP] + T.f(_OUTSKIRTS), T):
+        half = T.f(0.5)
+        x, y = (x_low + x_high) * half, (y_low + y_high) * half
+        radius = (x_high - x_low + (y_high - y_low)) * half + T.f(_OUTSKIRTS)
+        for number in range(m.segments):
+            if any_lane(_near(S, g, m, x, y, number, radius, T), T):
+                for b in range(4):
+                    k = b * lay.PAIRS_PER_BODY + number % lay.PAIRS_PER_BODY
+                    body = block + b * lay.BODY_ITEMS
+                    pair = block + lay.PAIRS + k * lay.PAIR_ITEMS
+                    if _collide(S, g, m, body, pair, number, T):
+                        touched = touched | (1 << k)
+    return touched
+
+
+@ti.func
+def _near(S: ti.template(), g, m: ti.template(), x, y, number, radius, T: ti.template()):
+    """The lanes in which a circle around a point is not above a segment or beside it."""
+    segment = m.window + lay.SEGMENT_ITEMS * number
+    height, along = _beside(S, g, segment, x, y, T)
+    beyond = S[g, segment + lay.SE_LENGTH] + radius
+    return (height <= radius) & (along >= T.f(0.0) - radius) & (along <= beyond)
+
+
+@ti.func
+def _beside(S: ti.template(), g, segment, x, y, T: ti.template()):
+    """Height of a point above a segment's line, whose normal is (-ty, tx), and its place along
+    it [m]."""
+    tx, ty = S[g, segment + lay.SE_TX], S[g, segment + lay.SE_TY]
+    dx = x - S[g, segment + lay.SE_X]
+    dy = y - S[g, segment + lay.SE_Y]
+    return dy * tx - dx * ty, dx * tx + dy * ty
 
 
 @ti.func
@@ -150,10 +199,7 @@ def _collide(S: ti.template(), g, m: ti.template(), body, pair, number, T: ti.te
     h = T.f(material.SQUARE_HALF)
     tx, ty = S[g, segment + lay.SE_TX], S[g, segment + lay.SE_TY]
     length = S[g, segment + lay.SE_LENGTH]
-    dx = S[g, body + lay.X] - S[g, segment + lay.SE_X]
-    dy = S[g, body + lay.Y] - S[g, segment + lay.SE_Y]
-    height = dy * tx - dx * ty  # of the centre above the line; the normal is (-ty, tx)
-    along = dx * tx + dy * ty
+    height, along = _beside(S, g, segment, S[g, body + lay.X], S[g, body + lay.Y], T)
     radius = T.f(_RADIUS)
     near = (height <= radius) & (along >= -radius) & (along <= length + radius)
     touched = 0

@@ -91,9 +91,9 @@ VOXEL_ITEMS = MENDS + 1
 
 # The header of a group.
 H_STEP, H_LIFE, H_FAILED, H_ALIVE, H_LIVE, H_SEED_LOW, H_SEED_HIGH = range(7)
-H_WINDOW_LOW, H_WINDOW_HIGH, H_WINDOW_BASE = range(7, 10)
-H_PLACE, H_LENGTH = range(10, 12)  # of the sensor window that is averaged just now
-HEADER_ITEMS = 12
+H_WINDOW_LOW, H_WINDOW_HIGH, H_WINDOW_BASE, H_WINDOW_TOP = range(7, 11)
+H_PLACE, H_LENGTH = range(11, 13)  # of the sensor window that is averaged just now
+HEADER_ITEMS = 13
 
 # A weld: axis (unit vector from body 2's centre to the anchor), impulse.
 WE_UX, WE_UY, WE_PX, WE_PY, WE_PW = range(5)

@@ -66,7 +66,16 @@ def device(spec: str | torch.device) -> torch.device:
         raise ValueError(f'device: expected "cpu" or "cuda", got {spec!r}')
     if chosen.type == "cuda" and not torch.cuda.is_available():
         raise ValueError(f'device: expected "cpu", for PyTorch finds no GPU here, got {spec!r}')
+    if chosen.type == "cuda" and _gpu_number(chosen) != 0:
+        raise ValueError(
+            f'device: expected "cuda:0", the GPU that Taichi uses, got {spec!r} which is '
+            f"cuda:{_gpu_number(chosen)}; choose another GPU with CUDA_VISIBLE_DEVICES"
+        )
     return chosen
+
+
+def _gpu_number(device: torch.device) -> int:
+    return torch.cuda.current_device() if device.index is None else device.index
 
 
 def lanes(value: int, device_type: str) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import torch
@@ -14,6 +14,7 @@ from physics import layout as lay
 from physics import state as st
 from physics.apparatus import Apparatus
 from physics.damage import Damage
+from physics.grouping import Grouping, lanes_for
 from physics.model import Engine
 from physics.morphology import Morphology
 from physics.observed import Observed
@@ -91,19 +92,19 @@ class Simulator(Observed):
             setup.positive_integer("threads", threads)
         device_type = self.device.type
         if lanes is None:
-            lanes = backend.lanes_for(self.n_worlds, dtype, threads, device_type)
+            lanes = lanes_for(self.n_worlds, dtype, threads, device_type)
         self.lanes = setup.lanes(lanes, device_type)
         features = self._engine.features(self.morphology)
-        self.program = backend.Program(dtype, lanes, features, device_type)
-        self._kernels = rollout.kernels(self.program)
-        groups = -(-self.n_worlds // lanes)
+        self.program = backend.Program(dtype, lanes, lanes, features, device_type)
+        rollout.play(self.program)  # refuses other dtypes
+        self._grouping = Grouping.of(self.program, self.n_worlds, threads)
+        groups = self._grouping.whole.count
         self._segments, profiles = setup.pack_terrains(
             self._terrains, self._extent(), groups * lanes
         )
         self._profiles = torch.from_numpy(profiles).to(self.device, dtype)
         self._build(_FIRST_STEPS)
         self._state = st.allocate(self._model.layout, self.n_worlds, lanes, dtype, self.device)
-        self._chunks = backend.chunks(groups, threads, device_type)
         self.reset()
 
     # --- life -----------------------------------------------------------------------------------
@@ -162,17 +163,19 @@ class Simulator(Observed):
         actions = actuations.detach().to(self.device, self.dtype).contiguous()
         if self.device.type == "cpu" and not bool(torch.isfinite(actions).all()):
             raise ValueError("actuation: expected finite numbers, got NaN or infinity")
-        self._reserve(actions.shape[0])
+        self._reserve(len(actions))
         readings = self._readings()
-        self._kernels.play(*self._tensors(), actions, readings, self._chunks)
-        self._steps += actions.shape[0]
+        self._play(actions, readings, 0, len(actions))
+        self._steps += len(actions)
         return self._given(readings)
 
-    def run_closed_loop(self, kernel: Any, brain: Tensor, steps: int) -> None:
+    def run_closed_loop(
+        self, kernel: Callable[[backend.Program], backend.Kernel], brain: Tensor, steps: int
+    ) -> None:
         """Many steps with a controller inside the kernel (see ``rollout.closed_loop``).
 
         Args:
-            kernel: built for this simulator's program.
+            kernel: gives the kernel for a program; the same one whenever it is asked.
             brain: the controller's tensor, (groups, items, lanes), of this simulator's dtype,
                 changed in place; its memory in the order of kernels (`backend.unpacked`).
             steps: how many.
@@ -180,17 +183,25 @@ class Simulator(Observed):
         Raises:
             ValueError: a tensor for other worlds, of another type or in another order.
         """
-        groups = self._state.items.shape[0]
-        setup.tensor("brain", brain, groups=groups, items=None, lanes=self.lanes)
-        packed = backend.packed(brain, self.lanes)
-        if brain.dtype != self.dtype or not packed.is_contiguous():
+        setup.tensor(
+            "brain", brain, groups=self._grouping.whole.count, items=None, lanes=self.lanes
+        )
+        if brain.dtype != self.dtype or not backend.packed(brain, self.lanes).is_contiguous():
             raise ValueError(
                 f"brain: expected {self.dtype} in the order of backend.unpacked, got "
                 f"{brain.dtype} with strides {brain.stride()}"
             )
         self._reserve(steps)
-        kernel(*self._tensors(), packed, steps, self._chunks)
+        for part in self._grouping.parts_for(steps):
+            tensors = *self.kernel_tensors(part.program), part.program.packed(brain)
+            kernel(part.program)(*tensors, steps, part.first, part.count, part.chunks)
         self._steps += steps
+
+    def kernel_tensors(self, program: backend.Program) -> tuple[Tensor, ...]:
+        """What every kernel takes first: state, lists, ground, and the model's two tables."""
+        lists = backend.packed(self._state.lists, self.lanes)
+        items = program.packed(self._state.items)
+        return items, lists, self._profiles, self._integers, self._numbers
 
     # --- set-up and checks ----------------------------------------------------------------------
 
@@ -233,7 +244,7 @@ class Simulator(Observed):
         setup.tensor("poses", poses, steps=None, **self._squares())
         setup.tensor("velocities", velocities, steps=len(poses), **self._squares())
         self._reserve(len(poses))
-        readings = torch.zeros(len(poses), self.n_worlds, self.n_readings, dtype=self.dtype)
+        readings = self._readings().new_zeros(len(poses), self.n_worlds, self.n_readings)
         for k, pose in enumerate(poses):
             self._state.header(lay.H_STEP).add_(1.0)
             now = self.set_poses(pose, velocities[k])
@@ -288,14 +299,15 @@ class Simulator(Observed):
         """Contacts and readings of the present poses."""
         self._steps = int(self._state.header(lay.H_STEP).max())
         readings = self._readings()
-        self._kernels.look(*self._tensors(), readings)
+        self._play(readings.new_zeros(1, self.n_worlds, self.n_voxels), readings, -1, 0)
         return self._given(readings)
 
-    def _tensors(self) -> tuple[Tensor, ...]:
-        """What every kernel takes first."""
-        s = self._state
-        items, lists = (backend.packed(tensor, self.lanes) for tensor in (s.items, s.lists))
-        return items, lists, self._profiles, self._integers, self._numbers
+    def _play(self, actions: Tensor, readings: Tensor, begin: int, end: int) -> None:
+        """Runs the kernel for given actuations on all worlds."""
+        for part in self._grouping.parts_for(end - begin):
+            tensors = *self.kernel_tensors(part.program), actions, readings
+            kernel = rollout.play(part.program)
+            kernel(*tensors, begin, end, part.first, part.count, part.chunks)
 
     def _readings(self) -> Tensor:
         return torch.zeros(

@@ -17,17 +17,16 @@ from physics.numerics import any_lane, magnitude
 
 
 @ti.func
-def engine_step(
+def advance(
     S: ti.template(),
     lists: ti.template(),
-    terrain: ti.template(),
     g,
     m: ti.template(),
     mi: ti.template(),
     mf: ti.template(),
     T: ti.template(),
 ):
-    """Moves a group of worlds by DT with the actuation in force."""
+    """First half of a step: moves a group of worlds by DT with the actuation in force."""
     count_step(S, g, m, T)
     dynamics.integrate_velocities(S, g, m, mf, T)
     if ti.static(T.features.self_collision):
@@ -49,21 +48,39 @@ def engine_step(
         landings.remember(S, g, m, T)
     dynamics.integrate_positions(S, g, m, T)
     solve_positions(S, lists, g, m, mi, T)
+
+
+@ti.func
+def touch(
+    S: ti.template(),
+    lists: ti.template(),
+    terrain: ti.template(),
+    g,
+    m: ti.template(),
+    mi: ti.template(),
+    mf: ti.template(),
+    advanced,
+    T: ti.template(),
+):
+    """Second half of a step: finds contacts. Without the first (``advanced`` is false) it is a
+    look at poses that were set by hand, of which none has landed."""
     ground.update_window(S, terrain, g, m, mf, T)
-    detect(S, lists, g, m, T)
+    detect(S, lists, g, m, advanced, T)
     if ti.static(T.features.self_collision):
         meetings.detect(S, lists, g, m, mi, T)
     mark_failures(S, g, m, T)
 
 
 @ti.func
-def detect(S: ti.template(), lists: ti.template(), g, m: ti.template(), T: ti.template()):
+def detect(S: ti.template(), lists: ti.template(), g, m: ti.template(), advanced, T: ti.template()):
     """Contacts with the ground, after squares that have landed were set back."""
     if ti.static(T.features.continuous):
         landed = 1
         while landed > 0:
             ground.detect(S, lists, g, m, T)
-            landed = landings.set_back(S, lists, g, m, T)
+            landed = 0
+            if advanced:
+                landed = landings.set_back(S, lists, g, m, T)
     else:
         ground.detect(S, lists, g, m, T)
 

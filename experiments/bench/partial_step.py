@@ -39,7 +39,7 @@ STAGES = {
 def _kernel(dtype: torch.dtype, lanes: int) -> Any:
     """A step with the stages of a mask, a number of times from the same state."""
     backend.start("cpu")
-    T = backend.real(backend.Program(dtype, lanes))
+    T = backend.real(backend.Program(dtype, lanes, lanes))
 
     @ti.kernel
     def rounds(
@@ -119,12 +119,8 @@ class PartialStep:
     def __init__(self, robots: Workload) -> None:
         sim = robots.sim
         self._kernel = _kernel(sim.dtype, sim.lanes)
-        no_brain = torch.empty(-(-sim.n_worlds // sim.lanes), 0, sim.lanes, dtype=sim.dtype)
-        sim.run_closed_loop(self._copy, no_brain, 0)
-
-    def _copy(self, *arguments: Any) -> None:
-        """In the place of a kernel: copies the tensors that it would be given first."""
-        state, lists, *model, self._numbers = (tensor.clone() for tensor in arguments[:5])
+        tensors = sim.kernel_tensors(sim.program)
+        state, lists, *model, self._numbers = (tensor.clone() for tensor in tensors)
         self._now = state, lists
         self._before = state.clone(), lists.clone()
         self._model = model

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
-
-from torch import Tensor
 
 from experiments.bench.rates import BIPED
 from experiments.bench.row import Row, Target
@@ -25,7 +22,10 @@ _MEMORY = Target(100.0, 64.0)
 def over_worlds(setting: Setting) -> list[Row]:
     """Cost of a robot-step in batches of 40 to 4,000 worlds, open loop."""
     sizes = [k * GAITS for k in _BATCHES if k * GAITS <= setting.most_worlds]
-    batches = {n: OpenLoop(BIPED, n, setting.seed) for n in sizes}
+    batches = {
+        n: [OpenLoop(BIPED, n, setting.seed) for _ in range(max(1, setting.worlds // n))]
+        for n in sizes
+    }
     costs = _costs(batches, {n: n for n in sizes}, setting)
     rows = [
         Row(f"cost of a robot-step, {n} worlds", "us", tuple(costs[n]), more_is_better=False)
@@ -44,7 +44,8 @@ def over_voxels(setting: Setting) -> list[Row]:
         )
         for side in _BOXES
     }
-    costs = _costs(boxes, {n: n * box.sim.n_worlds for n, box in boxes.items()}, setting)
+    batches = {n: [box] for n, box in boxes.items()}
+    costs = _costs(batches, {n: n * box.sim.n_worlds for n, box in boxes.items()}, setting)
     rows = [
         Row(
             f"cost of a voxel-step, {boxes[n].sim.morphology.name}",
@@ -61,15 +62,8 @@ def over_voxels(setting: Setting) -> list[Row]:
 def memory(setting: Setting) -> list[Row]:
     """Bytes of all tensors that grow with the batch, over its worlds."""
     robots = ClosedLoop(BIPED, "hebbian", setting.worlds, setting.seed)
-    tensors: list[Tensor] = []
-
-    def look(*arguments: Any) -> None:
-        """In the place of a kernel, which is given the state, the lists, the ground, two tables
-        of the model, and the networks."""
-        state, lists, ground, _, _, brain, *_ = arguments
-        tensors.extend((state, lists, ground, brain))
-
-    robots.sim.run_closed_loop(look, robots.brain.items, 0)
+    state, lists, ground, _, _ = robots.sim.kernel_tensors(robots.sim.program)
+    tensors = (state, lists, ground, robots.brain.items)
     total = sum(tensor.numel() * tensor.element_size() for tensor in tensors)
     what = f"memory of a world, {BIPED}, high, hebbian"
     return [Row(what, "kB", (total / setting.worlds / 1e3,), False, target=_MEMORY)]
@@ -86,18 +80,18 @@ def spread(costs: Mapping[int, list[float]]) -> float:
 
 
 def _costs(
-    batches: Mapping[int, OpenLoop], units: Mapping[int, int], setting: Setting
+    batches: Mapping[int, list[OpenLoop]], units: Mapping[int, int], setting: Setting
 ) -> dict[int, list[float]]:
     """CPU time of a step per unit of work [us].
 
-    Batches are timed in turns, so that a disturbance by another job meets all, and small ones
-    for more steps.
+    Batches are timed in turns, so that a disturbance by another job meets all, over the same
+    seconds of their lives: how much there is to do changes as robots walk on. Of small batches
+    there are several. Units are those of one batch of each size.
     """
-    warm_up(batches.values(), setting)
-    costs: dict[int, list[float]] = {key: [] for key in batches}
+    warm_up([robots for batch in batches.values() for robots in batch], setting)
+    costs: dict[int, list[float]] = {size: [] for size in batches}
     for _ in range(setting.repetitions):
-        for key, robots in batches.items():
-            steps = max(setting.steps, setting.worlds * setting.steps // robots.sim.n_worlds)
-            seconds = cpu_seconds(robots.stretch(steps))
-            costs[key].append(1e6 * seconds / (units[key] * steps))
+        for size, batch in batches.items():
+            seconds = sum(cpu_seconds(robots.stretch(setting.steps)) for robots in batch)
+            costs[size].append(1e6 * seconds / (len(batch) * units[size] * setting.steps))
     return costs

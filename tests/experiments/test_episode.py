@@ -108,6 +108,22 @@ def test_weights_at_birth_matter(tiny: EvolveConfig) -> None:
     assert torch.equal(zero.speed, default.speed)
 
 
+def test_a_narrow_program_for_the_last_worlds_changes_no_bit() -> None:
+    """Twenty worlds are a group of 16 and a narrow program in it, or three groups of 8."""
+    results = []
+    for lanes in (8, 16):
+        sim = Simulator("worm-2x1", None, 20, sensors="high", noise=0.1, threads=1, lanes=lanes)
+        networks = hebbtorch.HebbianMLP([sim.n_readings, 3, 2], population=(20,))
+        genomes = torch.rand(20, networks.n_genes, generator=torch.Generator().manual_seed(5))
+        networks.set_genomes(2 * genomes - 1)
+        brain = fused.pack(sim, networks, networks.initial_state())
+        for steps in (100, 3, 60):
+            brain.run(sim, steps)
+        results.append((sim.mass_poses(), *brain.activations(), *brain.state().weights))
+    assert all(torch.equal(*pair) for pair in zip(*results, strict=True))
+    assert all(part.std(0).max() > 0 for part in results[0])
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [

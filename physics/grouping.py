@@ -1,0 +1,112 @@
+"""How a batch of worlds is cut: into groups of lanes, groups into parts, parts into chunks.
+
+On a CPU the lanes of a group are worlds that are computed together, whether they are filled or
+not, and each thread takes whole groups. No result depends on any of it.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+
+import torch
+
+from physics.backend import Program
+
+_NARROW, _WIDE = 8, 16  # worlds per group
+_NARROW_TIME = 0.7  # that a group of 8 float32 worlds takes, in groups of 16
+_LONG_RUN = 60  # steps
+
+
+@dataclass(frozen=True)
+class Part:
+    """Groups that one kernel simulates.
+
+    Attributes:
+        program: of the kernel.
+        first: group.
+        count: of groups.
+        chunks: into which a parallel loop over them is cut.
+    """
+
+    program: Program
+    first: int
+    count: int
+    chunks: int
+
+
+def lanes_for(n_worlds: int, dtype: torch.dtype, threads: int | None, device: str) -> int:
+    """The fastest number of worlds per group.
+
+    Sixteen float32 worlds fill the widest vectors, and take less time than twice eight if they
+    leave every thread something to do; in float64 eight already fill them. A GPU has threads
+    enough for every world.
+    """
+    if device == "cuda":
+        return 1
+    if dtype == torch.float64:
+        return _NARROW
+    cores = _available(threads)
+    narrow = _NARROW_TIME * _turns(-(-n_worlds // _NARROW), cores)
+    wide = min(_turns(-(-n_worlds // _WIDE), cores), _time_with_tail(n_worlds, cores))
+    return _WIDE if wide <= narrow else _NARROW
+
+
+@dataclass(frozen=True)
+class Grouping:
+    """A batch of worlds, cut for one program or for two.
+
+    Attributes:
+        whole: all groups.
+        parts: all groups again, or the full ones and a narrow program for the last one.
+    """
+
+    whole: Part
+    parts: tuple[Part, ...]
+
+    @classmethod
+    def of(cls, program: Program, n_worlds: int, threads: int | None) -> Grouping:
+        """The fastest way to cut a batch.
+
+        Half a group of sixteen is left to a program of eight lanes where the others keep all
+        threads equally busy: elsewhere its time is hidden beside theirs.
+
+        Args:
+            program: simulates all worlds of a group.
+            n_worlds: N.
+            threads: at most so many; None: all cores.
+        """
+        groups = -(-n_worlds // program.places)
+        if program.device == "cuda":
+            whole = Part(program, 0, groups, groups)
+            return cls(whole, (whole,))
+        cores = _available(threads)
+        whole = Part(program, 0, groups, min(groups, cores))
+        wide = (program.dtype, program.lanes) == (torch.float32, _WIDE)
+        if not wide or _turns(groups, cores) <= _time_with_tail(n_worlds, cores):
+            return cls(whole, (whole,))
+        full = Part(program, 0, groups - 1, min(groups - 1, cores))
+        return cls(whole, (full, Part(program._replace(lanes=_NARROW), groups - 1, 1, 1)))
+
+    def parts_for(self, steps: int) -> tuple[Part, ...]:
+        """The parts, if so many steps in one call are worth the compilation of two programs."""
+        return self.parts if steps >= _LONG_RUN else (self.whole,)
+
+
+def _turns(groups: int, cores: int) -> int:
+    """Groups that the busiest thread simulates, one after the other."""
+    return -(-groups // cores)
+
+
+def _time_with_tail(n_worlds: int, cores: int) -> float:
+    """Of groups of 16 with a narrow program for the last one, if that is an option."""
+    full, rest = divmod(n_worlds, _WIDE)
+    possible = full > 0 and 0 < rest <= _NARROW
+    return _turns(full, cores) + _NARROW_TIME if possible else float("inf")
+
+
+def _available(threads: int | None) -> int:
+    """Threads that may run: as many as asked for, or as this process has cores."""
+    if threads is not None:
+        return threads
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
