@@ -14,7 +14,7 @@ import torch
 from physics.backend import Program
 
 _NARROW, _WIDE = 8, 16  # worlds per group
-_NARROW_TIME = 0.7  # that a group of 8 float32 worlds takes, in groups of 16
+_NARROW_TIME = 0.75  # that a group of 8 float32 worlds takes, in groups of 16
 _LONG_RUN = 60  # steps
 
 
