@@ -1,9 +1,9 @@
 """How a program of few lanes works on a group with room for more.
 
-The last group of a batch may be half empty. A program of half as many lanes then takes three quarters
-of the time, if what it works on lies together as in a group of its own: spread over the group's
-cache lines it would take no less than the full width. So it moves the lanes together, in place,
-lives, and moves them apart again.
+The last group of a batch may be half empty. A program of half as many lanes then takes three
+quarters of the time, if what it works on lies together as in a group of its own: spread over the
+group's cache lines it would take nearly as long as one of the full width. So it moves the lanes
+together, in place, lives, and moves them apart again.
 """
 
 from physics import layout as lay
