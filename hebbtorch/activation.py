@@ -10,9 +10,10 @@ def weighted_tanh(x: Tensor, weights: Tensor) -> Tensor:
     """tanh(W x), (*P, out), of x (*P, in) and W (*P, out, in).
 
     A product and a sum over the last, contiguous dimension: on the CPU the order of its terms
-    depends on `in` alone. matmul is hardly faster here, and its order changes with the batch.
+    depends on `in` alone, and not on the strides, which a product takes from its factors. matmul
+    is hardly faster here, and its order changes with the batch.
     """
-    return torch.tanh((weights * x.unsqueeze(-2)).sum(-1))
+    return torch.tanh((weights * x.unsqueeze(-2)).contiguous().sum(-1))
 
 
 def check_activation(
@@ -33,17 +34,4 @@ def check_activation(
         raise ValueError(
             f"x: expected {weights.dtype} of shape {(*lead, n_in)}, as the state has it, "
             f"got {x.dtype} of shape {tuple(x.shape)}"
-        )
-
-
-def check_depth(weights: tuple[Tensor, ...], n_layers: int) -> None:
-    """Check that a state has the weights of as many layers as the network.
-
-    Raises:
-        ValueError: it has not.
-    """
-    if len(weights) != n_layers:
-        raise ValueError(
-            f"state: expected the weights of {n_layers} layers, got those of {len(weights)}; "
-            f"take the state from this network's initial_state()"
         )

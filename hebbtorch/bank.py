@@ -29,6 +29,16 @@ def check_terms(terms: str) -> str:
     return terms
 
 
+def _restore_constants(bank: RuleBank, _: object = None) -> None:
+    """Make the buffers that no state_dict holds, where the parameters are (after `to_empty`)."""
+    like = bank.get_parameter(bank.terms[0])
+    for term in TERMS:
+        if term not in bank.terms:
+            setattr(bank, term, like.new_zeros(1, 1))
+    if bank._columns is not None:
+        bank.column_of_input = torch.tensor(bank._columns, device=like.device)
+
+
 class RuleBank(nn.Module):
     """The rules of a layer, stored once each; layers that share their rules share the bank.
 
@@ -69,33 +79,38 @@ class RuleBank(nn.Module):
             if term in terms:
                 self.register_parameter(term, coefficient())
             else:
-                zero = torch.zeros(1, 1, dtype=dtype, device=device)
-                self.register_buffer(term, zero, persistent=False)
+                self.register_buffer(term, None, persistent=False)
         self.eta_gene = coefficient() if eta == "evolved" else None
         self.column_of_input: Tensor | None
-        columns = grid.column_of_input
-        self.register_buffer(
-            "column_of_input",
-            None if columns is None else torch.tensor(columns, device=device),
-            persistent=False,
-        )
+        self._columns = grid.column_of_input
+        self.register_buffer("column_of_input", None, persistent=False)
+        self.register_load_state_dict_post_hook(_restore_constants)
         self.reset_parameters()
 
     def reset_parameters(self, generator: Generators = None) -> None:
         """Draw every gene from U(-1, 1), as Algorithm 1 does for its first population."""
         redraw(self.parameters(), generator)
+        _restore_constants(self)
 
     def named_genes(self) -> list[tuple[str, nn.Parameter]]:
         """(name, parameter) in the order of the genes: the terms and, if evolved, eta."""
+        if not all(term in self._parameters for term in self.terms):
+            raise TypeError(  # no AttributeError: nn.Module would hide it behind the property's
+                f"genes: expected the terms {self.terms} to be plain parameters, got "
+                f"{sorted(self._parameters)}; remove the parametrization or pruning first"
+            )
         named = [(term, self.get_parameter(term)) for term in self.terms]
         return named if self.eta_gene is None else [*named, ("eta", self.eta_gene)]
 
     def coefficients(self) -> Rule:
         """A, B, C, D, each broadcastable to (*P, out, in); zero for a term that does not exist."""
+        rule = Rule(self.A, self.B, self.C, self.D)
+        if self.column_of_input is None:
+            return rule
         return Rule(
             *(
                 self._per_input(coefficient) if term in self.terms else coefficient
-                for term, coefficient in zip(TERMS, (self.A, self.B, self.C, self.D), strict=True)
+                for term, coefficient in zip(TERMS, rule, strict=True)
             )
         )
 

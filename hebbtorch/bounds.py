@@ -19,9 +19,10 @@ def l2_normalize(weights: Tensor) -> Tensor:
     Returns:
         New weights, (*P, out, in), each row of norm 1 or 0.
     """
-    squares = (weights * weights).sum(-1, keepdim=True)
+    wide = weights.float() if weights.dtype in (torch.float16, torch.bfloat16) else weights
+    squares = (wide * wide).contiguous().sum(-1, keepdim=True)
     # The inner `where` keeps sqrt away from 0, where its gradient is infinite.
-    return weights / torch.where(squares > 0, squares, 1.0).sqrt()
+    return (wide / torch.where(squares > 0, squares, 1.0).sqrt()).to(weights.dtype)
 
 
 def minmax_rescale(weights: Tensor) -> Tensor:

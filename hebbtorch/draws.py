@@ -8,6 +8,17 @@ import torch
 from torch import Tensor, nn
 
 Generators = torch.Generator | Sequence[torch.Generator] | None
+INITS = ("zeros", "uniform")
+
+
+def check_init(init: str) -> None:
+    """Check the name of the weights at birth.
+
+    Raises:
+        ValueError: unknown.
+    """
+    if init not in INITS:
+        raise ValueError(f"init: expected one of {INITS}, got {init!r}")
 
 
 def draw_uniform(
@@ -37,11 +48,13 @@ def draw_uniform(
         source = generator.device if generator is not None else torch.device("cpu")
         draw = torch.rand(shape, generator=generator, dtype=torch.float64, device=source)
         return (2 * draw - 1).to(device=device, dtype=dtype)
-    generators = list(generator)
-    if len(shape) < 3 or len(generators) != shape[0]:
+    generators = list(generator) if isinstance(generator, Iterable) else [generator]
+    fits = len(shape) >= 3 and len(generators) == shape[0] > 0
+    if not fits or not all(isinstance(source, torch.Generator) for source in generators):
+        kinds = sorted({type(source).__name__ for source in generators})
         raise ValueError(
-            f"generator: expected one generator per entry of the first population dimension "
-            f"of {shape[:-2]}, got {len(generators)}"
+            f"generator: expected one generator per entry of the first population dimension of "
+            f"{shape[:-2]}, or one for all, or None, got {len(generators)} {kinds}"
         )
     return torch.stack([draw_uniform(shape[1:], g, dtype=dtype, device=device) for g in generators])
 

@@ -115,8 +115,10 @@ class EvolutionStrategy:
             raise ValueError(f"seed: expected an integer, got {seed!r}")
         if not (math.isfinite(sigma) and sigma > 0):
             raise ValueError(f"sigma: expected a positive number, got {sigma!r}")
+        if not dtype.is_floating_point:
+            raise ValueError(f"dtype: expected a floating dtype, got {dtype}")
         # A fraction such as 0.29 of 100 is 28.999999999999996 in floating point.
-        n_parents = math.floor(parents * population + 1e-9)
+        n_parents = math.floor(parents * population + 1e-9) if math.isfinite(parents) else 0
         if not 1 <= n_parents <= population:
             raise ValueError(
                 f"parents: expected a fraction that makes 1 to {population} of the population "
@@ -171,10 +173,13 @@ class EvolutionStrategy:
         """
         if not self._asked:
             raise ValueError("tell: expected ask() first, got a fitness for no genomes")
-        told = torch.as_tensor(fitness).detach().to("cpu", torch.float64)
+        given = torch.as_tensor(fitness).detach()
         expected = tuple(self._per_run(self._genomes).shape[:-1])
-        if tuple(told.shape) != expected:
-            raise ValueError(f"fitness: expected shape {expected}, got {tuple(told.shape)}")
+        if tuple(given.shape) != expected:
+            raise ValueError(f"fitness: expected shape {expected}, got {tuple(given.shape)}")
+        if given.is_complex():
+            raise ValueError(f"fitness: expected real numbers, got {given.dtype}")
+        told = given.to("cpu", torch.float64)
         self._asked = False
         self.generation += 1
         told = told.reshape(self.runs, self.population)
@@ -229,9 +234,14 @@ class EvolutionStrategy:
                     f"state: expected {name} = {ours!r}, that of this strategy, "
                     f"got {state.get(name)!r}"
                 )
-        for name in ("genomes", "best"):
-            if state[name].dtype != self.dtype:
-                raise ValueError(f"state: expected {name} of {self.dtype}, got {state[name].dtype}")
+        tensors = {"genomes": self._genomes, "best": self._best}
+        for name, own in tensors.items():
+            given = state[name]
+            if (given.dtype, given.shape) != (own.dtype, own.shape):
+                raise ValueError(
+                    f"state: expected {name} of {own.dtype} and shape {tuple(own.shape)}, "
+                    f"got {given.dtype} and {tuple(given.shape)}"
+                )
         self.generation = state["generation"]
         self._genomes = state["genomes"].clone()
         self._best = state["best"].clone()

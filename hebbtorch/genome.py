@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
+from numbers import Integral
 from typing import NamedTuple
 
 import torch
@@ -33,12 +34,24 @@ def check_population(population: Iterable[int]) -> tuple[int, ...]:
     Raises:
         ValueError: not a sequence of positive integers.
     """
-    dims = _positive(population)
+    dims = _integers(population, 1)
     if dims is None:
         raise ValueError(
             f"population: expected a tuple of positive sizes such as () or (40,), "
             f"got {population!r}"
         )
+    return dims
+
+
+def check_batch(batch: Iterable[int]) -> tuple[int, ...]:
+    """The dimensions of a batch of lives as a tuple.
+
+    Raises:
+        ValueError: not a sequence of sizes.
+    """
+    dims = _integers(batch, 0)
+    if dims is None:
+        raise ValueError(f"batch: expected a tuple of sizes such as () or (64,), got {batch!r}")
     return dims
 
 
@@ -48,7 +61,7 @@ def check_sizes(sizes: Iterable[int]) -> tuple[int, ...]:
     Raises:
         ValueError: not a sequence of at least two positive integers.
     """
-    layers = _positive(sizes)
+    layers = _integers(sizes, 1)
     if layers is None or len(layers) < 2:
         raise ValueError(
             f"sizes: expected the neurons of two or more layers such as [29, 29, 10], got {sizes!r}"
@@ -56,12 +69,15 @@ def check_sizes(sizes: Iterable[int]) -> tuple[int, ...]:
     return layers
 
 
-def _positive(numbers: object) -> tuple[int, ...] | None:
-    """The numbers as a tuple if they are a sequence of positive integers, else None."""
+def _integers(numbers: object, least: int) -> tuple[int, ...] | None:
+    """The numbers as a tuple if they are a sequence of integers of at least that, else None."""
     if not isinstance(numbers, Iterable):
         return None
     items = tuple(numbers)
-    return items if all(isinstance(n, int) and n > 0 for n in items) else None
+    if not all(isinstance(n, Integral) and not isinstance(n, bool) for n in items):
+        return None
+    sizes = tuple(int(n) for n in items)  # numpy's become Python's
+    return sizes if all(n >= least for n in sizes) else None
 
 
 class Evolvable(nn.Module, ABC):
@@ -91,7 +107,12 @@ class Evolvable(nn.Module, ABC):
         blocks = []
         start = 0
         for layer, name, parameter in self.gene_parameters():
-            rows, columns = parameter.shape[-2:]
+            *lead, rows, columns = parameter.shape if parameter.dim() >= 2 else (0, 0, 0)
+            if tuple(lead) != self.population:
+                raise ValueError(
+                    f"gene_parameters: expected {name} of layer {layer} of shape "
+                    f"(*{self.population}, rows, columns), got {tuple(parameter.shape)}"
+                )
             genes = slice(start, start + rows * columns)
             blocks.append(GeneBlock(layer, name, genes, (rows, columns)))
             start = genes.stop
@@ -100,7 +121,8 @@ class Evolvable(nn.Module, ABC):
     @property
     def n_genes(self) -> int:
         """G, the number of genes of one individual."""
-        return sum(p.shape[-2] * p.shape[-1] for _, _, p in self.gene_parameters())
+        blocks = self.gene_blocks
+        return blocks[-1].genes.stop if blocks else 0
 
     def genomes(self) -> Tensor:
         """The genomes (*P, G) that the parameters stand for: a copy, without gradients."""
@@ -127,12 +149,16 @@ class Evolvable(nn.Module, ABC):
                 f"genomes: expected shape {expected}, the population {self.population} and "
                 f"{self.n_genes} genes, got {tuple(genomes.shape)}"
             )
-        dtype = next(self.parameters()).dtype
-        converted = genomes.to(dtype)
-        bad = int((~converted.isfinite()).sum())
+        parameters = [parameter for _, _, parameter in self.gene_parameters()]
+        converted = [
+            genomes[..., block.genes].to(parameter.dtype).unflatten(-1, block.shape)
+            for block, parameter in zip(self.gene_blocks, parameters, strict=True)
+        ]
+        bad = sum(int((~genes.isfinite()).sum()) for genes in converted)
         if bad:
+            dtype = parameters[0].dtype
             raise ValueError(
                 f"genomes: expected genes that are finite in {dtype}, got {bad} NaN or infinite"
             )
-        for block, (_, _, parameter) in zip(self.gene_blocks, self.gene_parameters(), strict=True):
-            parameter.copy_(converted[..., block.genes].unflatten(-1, block.shape))
+        for parameter, genes in zip(parameters, converted, strict=True):
+            parameter.copy_(genes)

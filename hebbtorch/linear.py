@@ -7,16 +7,14 @@ from collections.abc import Hashable, Sequence
 import torch
 from torch import Tensor, nn
 
-from hebbtorch.activation import check_activation, check_depth, weighted_tanh
+from hebbtorch.activation import check_activation, weighted_tanh
 from hebbtorch.bank import ETA, TERMS, RuleBank
 from hebbtorch.bounds import bound_named
-from hebbtorch.draws import Generators, draw_uniform
-from hebbtorch.genome import Evolvable, check_population, check_sizes
+from hebbtorch.draws import Generators, check_init, draw_uniform
+from hebbtorch.genome import Evolvable, check_batch, check_population, check_sizes
 from hebbtorch.rules import Rule, abcd_update
 from hebbtorch.sharing import rule_grid
-from hebbtorch.state import State
-
-INITS = ("zeros", "uniform")
+from hebbtorch.state import State, check_state
 
 
 class HebbianLinear(Evolvable):
@@ -84,9 +82,8 @@ class HebbianLinear(Evolvable):
         self, init: str = "zeros", *, batch: Sequence[int] = (), generator: Generators = None
     ) -> Tensor:
         """Weights at birth, (*batch, *P, out, in); the arguments are those of `initial_state`."""
-        if init not in INITS:
-            raise ValueError(f"init: expected one of {INITS}, got {init!r}")
-        shape = (*batch, *self.population, self.n_out, self.n_in)
+        check_init(init)
+        shape = (*check_batch(batch), *self.population, self.n_out, self.n_in)
         like = self.rules.A
         if init == "zeros":
             return torch.zeros(shape, dtype=like.dtype, device=like.device)
@@ -122,6 +119,12 @@ class HebbianLinear(Evolvable):
         Raises:
             ValueError: shapes or dtypes that do not fit.
         """
+        dtype = self.rules.A.dtype
+        if weights.dtype != dtype:
+            raise ValueError(
+                f"state: expected weights of {dtype}, as the rules are, got {weights.dtype}; "
+                f"convert with state.to(dtype={dtype})"
+            )
         check_activation(x, weights, self.n_in, self.n_out, self.population)
         return weighted_tanh(x, weights)
 
@@ -150,7 +153,7 @@ class HebbianLinear(Evolvable):
         Raises:
             ValueError: shapes or dtypes that do not fit.
         """
-        check_depth(state.weights, 1)
+        check_state(state, 1)
         (weights,) = state.weights
         y = self.activate(x, weights)
         return y, State((self.update(weights, x, y),)) if plastic else state

@@ -8,12 +8,11 @@ from itertools import pairwise
 import torch
 from torch import Tensor, nn
 
-from hebbtorch.activation import check_depth
 from hebbtorch.bank import ETA, TERMS, RuleBank
 from hebbtorch.draws import Generators
 from hebbtorch.genome import Evolvable, check_population, check_sizes
 from hebbtorch.linear import HebbianLinear
-from hebbtorch.state import State
+from hebbtorch.state import State, check_state
 
 
 class HebbianMLP(Evolvable):
@@ -136,7 +135,7 @@ class HebbianMLP(Evolvable):
         Raises:
             ValueError: shapes or dtypes that do not fit.
         """
-        check_depth(state.weights, len(self.layers))
+        check_state(state, len(self.layers))
         activations = [x]
         for layer, weights in zip(self.layers, state.weights, strict=True):
             activations.append(layer.activate(activations[-1], weights))

@@ -18,6 +18,8 @@ from __future__ import annotations
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 
+from torch import Tensor
+
 SHARINGS = ("full", "single", "presynaptic", "postsynaptic", "grouped")
 
 
@@ -59,6 +61,11 @@ def rule_grid(
             f"got {groups!r} with sharing={sharing!r}"
         )
     if groups is not None:
+        if any(isinstance(label, Tensor) for label in groups):
+            raise ValueError(
+                "groups: expected labels that compare by value, such as str or int, got tensors; "
+                "pass groups.tolist()"
+            )
         if len(groups) != n_in:
             raise ValueError(f"groups: expected {n_in} labels, one per input, got {len(groups)}")
         column = {label: k for k, label in enumerate(dict.fromkeys(groups))}

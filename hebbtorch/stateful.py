@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from torch import Tensor, nn
 
 from hebbtorch.draws import Generators
 from hebbtorch.linear import HebbianLinear
 from hebbtorch.mlp import HebbianMLP
-from hebbtorch.state import State
+from hebbtorch.state import State, check_state
 
 
 class Stateful(nn.Module):
@@ -53,8 +54,22 @@ class Stateful(nn.Module):
 
     @state.setter
     def state(self, state: State) -> None:
+        now = [getattr(self, name) for name in self._names]
+        check_state(state, len(now))
+        came = [tuple(weights.shape) for weights in state.weights]
+        if came != [tuple(weights.shape) for weights in now]:
+            raise ValueError(
+                f"state: expected weights of shapes {[tuple(w.shape) for w in now]}, got {came}; "
+                f"take the state from this network's initial_state(batch={self.batch})"
+            )
         for name, weights in zip(self._names, state.weights, strict=True):
             setattr(self, name, weights)
+
+    def _load_from_state_dict(self, *args: Any, **kwargs: Any) -> None:
+        # load_state_dict writes into buffers: give it ones that no State shares.
+        for name in self._names:
+            setattr(self, name, getattr(self, name).detach().clone())
+        super()._load_from_state_dict(*args, **kwargs)
 
     def forward(self, x: Tensor, plastic: bool = True) -> Tensor:
         """The output (*batch, *P, out) for x (*batch, *P, in); then the weights change."""

@@ -8,10 +8,10 @@ from itertools import pairwise
 import torch
 from torch import Tensor, nn
 
-from hebbtorch.activation import check_activation, check_depth, weighted_tanh
-from hebbtorch.draws import Generators, redraw
-from hebbtorch.genome import Evolvable, check_population, check_sizes
-from hebbtorch.state import State
+from hebbtorch.activation import check_activation, weighted_tanh
+from hebbtorch.draws import Generators, check_init, redraw
+from hebbtorch.genome import Evolvable, check_batch, check_population, check_sizes
+from hebbtorch.state import State, check_state
 
 
 class StaticMLP(Evolvable):
@@ -57,9 +57,22 @@ class StaticMLP(Evolvable):
         """See `Evolvable`."""
         return [(index, "weight", parameter) for index, parameter in enumerate(self.weights)]
 
-    def initial_state(self, *, batch: Sequence[int] = ()) -> State:
-        """The state of the whole life: the weights, under any further `batch` dimensions."""
-        return State(tuple(weights.expand(*batch, *weights.shape) for weights in self.weights))
+    def initial_state(
+        self, init: str = "zeros", *, batch: Sequence[int] = (), generator: Generators = None
+    ) -> State:
+        """The state of the whole life: a copy of the weights.
+
+        Args:
+            init: accepted for the sake of a common call; the genome is the weights.
+            generator: likewise.
+            batch: further dimensions, to the left of the population's.
+
+        Raises:
+            ValueError: unknown `init`, or a `batch` that is no sequence of positive sizes.
+        """
+        check_init(init)
+        lead = check_batch(batch)
+        return State(tuple(w.clone().expand(*lead, *w.shape) for w in self.weights))
 
     def forward(self, x: Tensor, state: State, plastic: bool = True) -> tuple[Tensor, State]:
         """One step of the network's life.
@@ -75,7 +88,7 @@ class StaticMLP(Evolvable):
         Raises:
             ValueError: shapes or dtypes that do not fit.
         """
-        check_depth(state.weights, len(self.weights))
+        check_state(state, len(self.weights))
         activation = x
         for (n_in, n_out), weights in zip(pairwise(self.sizes), state.weights, strict=True):
             check_activation(activation, weights, n_in, n_out, self.population)
