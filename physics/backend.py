@@ -63,7 +63,7 @@ def start(device: str) -> None:
         device: "cpu" or "cuda".
 
     Raises:
-        ValueError: this process simulates on the other one already.
+        ValueError: this process simulates on the other one already, or Taichi finds no CUDA.
     """
     global _started
     with _lock:
@@ -84,6 +84,11 @@ def start(device: str) -> None:
                 log_level=ti.WARN,
                 real_matrix_scalarize=device == "cuda",
                 default_gpu_block_dim=32,
+            )
+        if device == "cuda" and _impl.current_cfg().arch != ti.cuda:  # it only warns of it
+            ti.reset()
+            raise ValueError(
+                'device: expected "cpu", for Taichi finds no CUDA driver it can use, got "cuda"'
             )
         _started = device
 

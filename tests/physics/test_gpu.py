@@ -1,6 +1,7 @@
 """The simulator on a GPU beside itself on the CPU; skipped where PyTorch finds no GPU.
 
-The scalar program that a GPU runs is also checked without one, as ``lanes=1``, in test_batch.
+The scalar program that a GPU runs is also checked without one: as ``lanes=1``, in test_batch, and
+compiled for CUDA, in tests/gpu.
 """
 
 from __future__ import annotations
@@ -93,6 +94,27 @@ def test_the_closed_loop_on_a_gpu_follows_that_on_the_cpu(tmp_path: Path) -> Non
 def test_without_a_gpu_it_is_refused() -> None:
     with pytest.raises(ValueError, match="PyTorch finds no GPU here, got 'cuda'"):
         Simulator("box-1x1", None, device="cuda")
+
+
+@pytest.mark.skipif(torch.cuda.is_available(), reason="needs a machine without a GPU")
+def test_taichi_does_not_fall_back_to_the_cpu_unnoticed() -> None:
+    """PyTorch may find a GPU whose driver Taichi cannot use."""
+    script = """
+from physics import backend
+try:
+    backend.start("cuda")
+except ValueError as error:
+    print(error)
+backend.start("cpu")  # still can
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        check=True,
+        capture_output=True,
+        text=True,
+        cwd=Path(__file__).parents[2],
+    )
+    assert done.stdout.splitlines()[-1].startswith('device: expected "cpu", for Taichi finds no')
 
 
 def test_a_process_simulates_on_one_device(monkeypatch: pytest.MonkeyPatch) -> None:
