@@ -136,6 +136,7 @@ class Session:
         life = self._evolution.evaluator(self._by_run(genomes), generation)
         fitness = self._by_run(life.speed.cpu())
         strategy.tell(fitness.reshape(genomes.shape[:-1]))
+        self._store.require_own()
         now = time.perf_counter()
         rows = [
             Row.of(run, generation, fitness[run], now - self._started) for run in range(config.runs)
@@ -150,6 +151,7 @@ class Session:
     def finish(self) -> Champions:
         """Keep the champions, once the evolution is done."""
         strategy, runs = self._evolution.strategy, self.config.runs
+        self._store.require_own()
         champions = Champions(
             self.config, strategy.best.reshape(runs, -1), strategy.best_fitness.reshape(runs)
         )

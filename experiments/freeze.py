@@ -23,7 +23,7 @@ from experiments.csvfile import write_csv
 from experiments.episode import driver, live
 from experiments.evaluate import world
 from experiments.grounds import Grounds
-from experiments.reassess import writable
+from experiments.reassess import variant, writable
 from experiments.store import write_atomically
 from physics.clock import steps_in
 
@@ -128,7 +128,8 @@ def report(folder: Path, n_terrains: int, seed: int, out: Path | None) -> None:
         folder: of the run.
         n_terrains: terrains on which each snapshot lives.
         seed: decides noise, damage and the weights at birth.
-        out: the CSV file; by default freeze.csv in the run's folder. The picture has the same
+        out: the CSV file; by default freeze.csv in the run's folder, with a longer name for other
+            terrains than campaigns have. The picture has the same
             name, but ends in .png.
 
     Raises:
@@ -136,7 +137,7 @@ def report(folder: Path, n_terrains: int, seed: int, out: Path | None) -> None:
             nothing was written then.
     """
     writable(out)
-    out = out or folder / "freeze.csv"
+    out = out or folder / f"freeze{variant(n_terrains, 3, seed)}.csv"
     if out.suffix == ".png":
         raise ValueError(f"out: expected a CSV file, got the name of a picture, {str(out)!r}")
     freezing = freeze(plastic_champions(folder), n_terrains, seed)

@@ -42,7 +42,7 @@ class ProgressDisplay:
         self._started = time.monotonic()
         self._last_line = -interval
         self._live: Progress | None = None
-        if sys.stdout.isatty():
+        if sys.stdout is not None and sys.stdout.isatty():
             self._live = Progress(
                 TextColumn(self._label + "generation {task.completed}/{task.total}", markup=False),
                 BarColumn(),

@@ -13,6 +13,7 @@ from __future__ import annotations
 import fcntl
 import io
 import os
+import secrets
 import shutil
 import zipfile
 from collections.abc import Iterator
@@ -82,7 +83,7 @@ class RunStore:
         """
         with _readable_errors(folder):
             _refuse_occupied(folder)
-            draft = folder.with_name(f".{folder.name}.{os.getpid()}")
+            draft = folder.with_name(f".{folder.name}.{secrets.token_hex(4)}")
             draft.mkdir(parents=True)
             with ExitStack() as undo:
                 undo.callback(shutil.rmtree, draft, ignore_errors=True)
@@ -129,8 +130,23 @@ class RunStore:
         }
         buffer = io.BytesIO()
         torch.save(content, buffer)
+        self.require_own()
         with _readable_errors(self.folder):
             write_atomically(self.folder / _CHECKPOINT, buffer.getvalue())
+
+    def require_own(self) -> None:
+        """See that the folder is still the one that this process has locked.
+
+        Raises:
+            ValueError: it was moved or deleted; another run may be in its place.
+        """
+        lock = self.folder / _LOCK
+        held = os.fstat(self._lock.fileno())
+        if not (lock.exists() and os.path.samestat(held, lock.stat())):
+            raise ValueError(
+                f"run: expected {str(self.folder)!r} as this run made it, got another folder or "
+                "none; it was moved or deleted meanwhile, and nothing more is written there"
+            )
 
     def close(self) -> None:
         """Let other processes work here."""

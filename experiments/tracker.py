@@ -45,16 +45,16 @@ class Tracker:
         else:
             folders = [folder / f"run-{run}" for run in range(config.runs)]
         _wait_for_new_names(folders[0])
-        self._runs = [SummaryWriter(str(path), purge_step=generation) for path in folders]
+        first = generation if generation > 1 else 0  # the options stand at step 0
+        self._runs = [SummaryWriter(str(path), purge_step=first) for path in folders]
         self._over_runs: dict[str, SummaryWriter] = {}
         self._bands: list[SummaryWriter] = []
         if config.runs > 1:
             together = folder / "over-runs"
             self._over_runs = {
-                name: SummaryWriter(str(together / name), purge_step=generation)
-                for name in _OVER_RUNS
+                name: SummaryWriter(str(together / name), purge_step=first) for name in _OVER_RUNS
             }
-            self._bands = [SummaryWriter(str(together), purge_step=generation)]
+            self._bands = [SummaryWriter(str(together), purge_step=first)]
         if generation == 1:
             for writer in self._runs:
                 writer.add_text("config", _table(config), 0)
@@ -103,7 +103,9 @@ class Tracker:
             shares: of the terms of the rule in their change, by name; None is passed over.
         """
         writer, step = self._runs[run], round(second)
-        writer.add_histogram("champion/weights_by_second", weights, step)
+        if np.isfinite(weights).any():
+            finite = weights[np.isfinite(weights)]
+            writer.add_histogram("champion/weights_by_second", finite, step)
         for term, share in shares.items():
             if share is not None:
                 writer.add_scalar(f"champion/share_of_{term}_by_second", share, step)

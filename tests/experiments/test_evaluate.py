@@ -9,7 +9,7 @@ import torch
 from experiments import controller, seeds
 from experiments.config import EvolveConfig
 from experiments.evaluate import Evaluator, lives, world
-from experiments.reassess import reassess
+from experiments.reassess import default_file, reassess
 from physics import Terrain
 
 
@@ -95,6 +95,18 @@ def test_reassessment_is_on_the_predefined_terrains(tiny: EvolveConfig) -> None:
             ground = Terrain.from_name(f"hilly-3-30-{terrain}")
             alone = lives(config, networks, [ground], [0], [0]).speed
             assert torch.equal(speeds[champion, terrain], alone[0])
+
+
+def test_other_terrains_or_seeds_are_another_file() -> None:
+    """They do not replace what campaigns and figures read."""
+    config = EvolveConfig(terrain="flat")
+    names = [default_file(config, *others) for others in ((), (10, 0), (9, 0), (10, 1))]
+    usual, again, fewer, seeded = names
+    assert usual == again == "evaluation-flat-none.csv"
+    assert (fewer, seeded) == (
+        "evaluation-flat-none-9-seed0.csv",
+        "evaluation-flat-none-10-seed1.csv",
+    )
 
 
 def test_reassessment_has_noise_that_follows_from_its_seed(tiny: EvolveConfig) -> None:

@@ -2,6 +2,7 @@
 
 import csv
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -15,7 +16,7 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 
 from experiments.champion import Champions
 from experiments.config import EvolveConfig
-from experiments.evolve import evolve, resume
+from experiments.evolve import Session, evolve, resume
 from experiments.progress import ProgressDisplay
 from experiments.store import Checkpoint, RunStore
 
@@ -112,6 +113,27 @@ def test_what_ran_ahead_of_the_checkpoint_is_done_again(
     resume(folder)
     assert_same_outcome(folder, finished)
     assert logged(folder) == logged(finished)
+
+
+def test_nothing_is_written_into_a_folder_that_is_no_longer_its_own(
+    tiny: EvolveConfig, tmp_path: Path
+) -> None:
+    """Moved while at work; another run, or nothing, is in its place now."""
+    folder, moved = tmp_path / "run", tmp_path / "moved"
+    for successor in (True, False):
+        with Session.create(tiny, folder) as session:
+            session.step()
+            folder.rename(moved)
+            if successor:
+                evolve(replace(tiny, seed=77), folder)
+            before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+            for act in (session.step, session.finish):
+                with pytest.raises(ValueError, match="run: expected .* moved or deleted meanwhile"):
+                    act()
+        assert {p: p.read_bytes() for p in folder.rglob("*") if p.is_file()} == before
+        assert len(before) > 5 if successor else not folder.exists()
+        shutil.rmtree(folder, ignore_errors=True)
+        shutil.rmtree(moved)
 
 
 def test_resuming_a_finished_run_changes_nothing_that_counts(

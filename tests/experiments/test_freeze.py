@@ -195,7 +195,8 @@ def hebbtorch(command: str, monkeypatch: pytest.MonkeyPatch) -> int:
 def test_the_command_writes_a_table_and_a_picture(tmp_path, monkeypatch, capsys) -> None:
     folder = run_folder(tmp_path)
     assert hebbtorch(f"freeze {folder} --terrains 2", monkeypatch) == 0
-    rows = list(csv.reader((folder / "freeze.csv").read_text().splitlines()))
+    name = "freeze-2-seed0"  # not freeze.csv, which is for three terrains
+    rows = list(csv.reader((folder / f"{name}.csv").read_text().splitlines()))
     assert rows[0] == ["run", "second", "terrain", "speed"]
     freezing = freeze.freeze(random_champions(), 2)
     assert rows[1:] == [
@@ -204,11 +205,11 @@ def test_the_command_writes_a_table_and_a_picture(tmp_path, monkeypatch, capsys)
         for second, of_second in enumerate(of_run)
         for terrain, speed in enumerate(of_second)
     ]
-    with Image.open(folder / "freeze.png") as picture:
+    with Image.open(folder / f"{name}.png") as picture:
         assert picture.format == "PNG"
     shown = capsys.readouterr().out
     assert f"frozen at  1 s: {freezing.middle[1]:.2f}" in shown
-    assert f"wrote {folder / 'freeze.png'}" in shown
+    assert f"wrote {folder / (name + '.png')}" in shown
 
 
 @pytest.mark.parametrize(
@@ -218,6 +219,8 @@ def test_the_command_writes_a_table_and_a_picture(tmp_path, monkeypatch, capsys)
         (PLASTIC, "--terrains 0", "terrains: expected an integer >= 1, got 0"),
         (PLASTIC, "--out {tmp}/missing/file.csv", "out: expected a file in an existing folder"),
         (PLASTIC, "--out {tmp}/file.png", "out: expected a CSV file"),
+        (PLASTIC, "--out {tmp}", "out: expected a new file or a CSV file, which is replaced"),
+        (PLASTIC, "--out {tmp}/run/champion.safetensors", "out: expected a new file or a CSV file"),
     ],
 )
 def test_a_mistake_is_one_line_and_leaves_nothing(
