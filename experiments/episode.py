@@ -109,6 +109,17 @@ class Stepwise:
         return self._state
 
 
+def _is_own(network: Controller) -> bool:
+    """Whether the kernel computes what the network does: nothing in it is overridden."""
+    if type(network) is hebbtorch.StaticMLP:
+        return True
+    return (
+        type(network) is hebbtorch.HebbianMLP
+        and all(type(layer) is hebbtorch.HebbianLinear for layer in network.layers)
+        and len({layer.normalize for layer in network.layers}) == 1
+    )
+
+
 def driver(
     sim: Simulator, network: Controller, state: hebbtorch.State, loop: Loop = "auto"
 ) -> fused.Brain | Stepwise:
@@ -124,7 +135,7 @@ def driver(
     Raises:
         ValueError: the networks do not fit the worlds, or are none that "fused" knows.
     """
-    is_own = type(network) in (hebbtorch.HebbianMLP, hebbtorch.StaticMLP)  # no subclass
+    is_own = _is_own(network)
     if loop == "fused" and not is_own:
         raise ValueError(
             "loop: expected auto or torch for a network that is not hebbtorch's own, got fused "

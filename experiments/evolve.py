@@ -134,7 +134,7 @@ class Session:
         generation, began = self.generation + 1, time.perf_counter()
         genomes = strategy.ask()
         life = self._evolution.evaluator(self._by_run(genomes), generation)
-        fitness = self._by_run(life.speed.cpu())
+        fitness = self._by_run(life.speed.cpu()).squeeze(-1)
         strategy.tell(fitness.reshape(genomes.shape[:-1]))
         self._store.require_own()
         now = time.perf_counter()
@@ -169,7 +169,7 @@ class Session:
         self.close()
 
     def _log(self, rows: list[Row], genomes: Tensor, life: Life, seconds: float) -> None:
-        failed = self._by_run(life.failed)
+        failed = self._by_run(life.failed).squeeze(-1)
         weights = [self._by_run(layer) for layer in life.state.weights]
         metrics = [
             measure(row, genomes[run], failed[run], [layer[run] for layer in weights], seconds)
@@ -179,10 +179,8 @@ class Session:
         self.tracker.flush()
 
     def _by_run(self, values: Tensor) -> Tensor:
-        """Values of all individuals, (runs, population, ...), however they came."""
-        config = self.config
-        individuals = values.reshape(config.runs * config.population, -1).squeeze(-1)
-        return individuals.unflatten(0, (config.runs, config.population))
+        """Values of all individuals, (runs, population, values of each), however they came."""
+        return values.reshape(self.config.runs, self.config.population, -1)
 
 
 def _run(session: Session) -> None:

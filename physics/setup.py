@@ -82,7 +82,10 @@ def lanes(value: int, device_type: str) -> int:
     """The value, if a program with so many worlds per group runs on the device."""
     if device_type == "cuda" and value != 1:
         raise ValueError(f"lanes: expected 1 on a GPU, got {value!r}; leave it out")
-    return positive_integer("lanes", value)
+    positive_integer("lanes", value)
+    if value & (value - 1):  # vectors of other lengths lie elsewhere than Taichi looks
+        raise ValueError(f"lanes: expected a power of two, got {value!r}; leave it out")
+    return value
 
 
 def world_seeds(seed: int | Sequence[int], n_worlds: int) -> Tensor:

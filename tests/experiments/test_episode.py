@@ -1,6 +1,7 @@
 """One life: the order of acting and sensing, and how speed is measured."""
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import pytest
@@ -90,6 +91,24 @@ def test_other_networks_are_driven_through_torch(tiny: EvolveConfig) -> None:
     assert not torch.equal(live(sim, other, tiny.duration).speed, own.speed)
     with pytest.raises(ValueError, match="loop: expected auto or torch .* got fused for Backwards"):
         live(sim, other, tiny.duration, loop="fused")
+
+
+def test_own_layers_in_an_own_network_are_driven_through_torch(tiny: EvolveConfig) -> None:
+    """The kernel would take them for the ones they replace."""
+
+    class Decay(hebbtorch.HebbianLinear):
+        def update(self, weights, pre, post):
+            return 0.5 * super().update(weights, pre, post)
+
+    sizes, expected = born(tiny)[1].sizes, live(*born(tiny), tiny.duration).speed
+    for make in (Decay, partial(hebbtorch.HebbianLinear, normalize="l2")):
+        sim, networks = born(tiny)
+        other = make(sizes[1], sizes[2], population=(N,))
+        other.load_state_dict(networks.layers[1].state_dict())
+        networks.layers[1] = other
+        stepwise = live(sim, networks, tiny.duration, loop="torch").speed
+        assert torch.equal(live(sim, networks, tiny.duration).speed, stepwise)
+        assert not torch.equal(stepwise, expected)
 
 
 def test_a_life_starts_at_birth_whatever_came_before(tiny: EvolveConfig) -> None:

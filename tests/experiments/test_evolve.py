@@ -115,6 +115,17 @@ def test_what_ran_ahead_of_the_checkpoint_is_done_again(
     assert logged(folder) == logged(finished)
 
 
+@pytest.mark.parametrize("options", [{"sharing": "single", "terms": "A"}, {"shape": "worm-1x1"}])
+def test_networks_of_one_number_evolve(
+    tiny: EvolveConfig, tmp_path: Path, options: dict[str, str]
+) -> None:
+    config = replace(tiny, generations=1, **options)
+    with Session.create(config, tmp_path / "run") as session:
+        (row,), _ = session.step()
+        assert session.finish().genomes.shape[0] == 1
+    assert row.generation == 1
+
+
 def test_nothing_is_written_into_a_folder_that_is_no_longer_its_own(
     tiny: EvolveConfig, tmp_path: Path
 ) -> None:

@@ -45,7 +45,7 @@ static void call___assertfail(uint64_t text, ...) {{
 _END = """
 void run(uint32_t grid, uint32_t block, void **arguments) {{
   unsigned mode = _mm_getcsr();
-  _mm_setcsr(mode | {flush});
+  _mm_setcsr((mode & ~{mask}u) | {flush});
   ntid = block, nctaid = grid;
   for (ctaid = 0; ctaid < grid; ctaid++)
     for (tid = 0; tid < block; tid++) call_{entry}(arguments);
@@ -103,5 +103,5 @@ def translate(ptx: str, entry: str) -> str:
     heads = [f"{function.head};" for function in needed.values()]
     bodies = [function.text for function in needed.values()]
     flush = _FLUSH if any("ftz" in function.body for function in needed.values()) else 0
-    end = _END.format(flush=flush, entry=c_name(entry))
+    end = _END.format(mask=_FLUSH, flush=flush, entry=c_name(entry))
     return "\n".join([_BEGIN, *constants, *heads, *bodies, end])

@@ -5,10 +5,12 @@ from __future__ import annotations
 import ctypes
 import math
 import struct
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+import torch
 
 from tests.gpu import ptx
 
@@ -37,6 +39,15 @@ def module(body: str) -> str:
         "\t.reg .f32 %f<10>;\n\t.reg .f64 %fd<10>;\n\tld.param.u64 %rd9, [kernel_param_0];\n"
         f"{body}\n\tret;\n}}\n"
     )
+
+
+@pytest.fixture(autouse=True)
+def _denormals() -> Iterator[None]:
+    """Taichi makes its process flush them, Python's conversions included."""
+    flushed = (2 * torch.tensor([TINY])).item() == 0
+    torch.set_flush_denormal(False)
+    yield
+    torch.set_flush_denormal(flushed)
 
 
 def computed(folder: Path, code: str, kind: str, values: tuple, result: str) -> float:

@@ -173,7 +173,7 @@ def test_a_single_voxel_has_nothing_to_collide_with():
 @pytest.mark.parametrize("shape", ["comb-5x4", "biped-8x6", "biped-4x3"])
 def test_by_default_no_legs_pass_through_each_other(shape):
     """Bang-bang actuation of full amplitude, under which those of most shapes do otherwise."""
-    worlds = 24
+    worlds = 16
     terrains = [Terrain.from_name(f"hilly-3-30-{seed}") for seed in range(worlds)]
     deepest_overlap = {}
     for engine in (Engine(self_collision=False), None):

@@ -190,6 +190,7 @@ BAD_SETTINGS = [
     ({"threads": 0}, "threads: expected an integer >= 1, got 0"),
     ({"threads": 1.5}, "threads: expected an integer >= 1, got 1.5"),
     ({"lanes": 0}, "lanes: expected an integer >= 1, got 0"),
+    ({"lanes": 3}, "lanes: expected a power of two, got 3"),
     ({"lanes": "8"}, "lanes: expected an integer >= 1, got '8'"),
     ({"lifetime": -1.0}, "lifetime: expected a finite number >= 0, got -1.0"),
     ({"lifetime": [1.0]}, "lifetime: expected one or 2 numbers"),
