@@ -58,7 +58,7 @@ def evolve(
         out: New folder for the run; by default, a free name in runs/.
         resume: Folder of a run to go on with, exactly; its options are those it has.
     """
-    from experiments import evolve as evolution
+    from experiments.evolution import evolve as evolution
 
     _one_thread()
     if resume is None:
@@ -91,7 +91,7 @@ def evaluate(
         seed: Decides sensor noise and damage.
         out: CSV file to write; by default one in the run's folder, named after the conditions.
     """
-    from experiments.reassess import report
+    from experiments.analysis.unseen import report
 
     _one_thread()
     report(
@@ -119,7 +119,7 @@ def freeze(
         seed: Decides sensor noise and damage.
         out: CSV file to write; by default freeze.csv in the run's folder. A picture goes beside.
     """
-    from experiments.freeze import report
+    from experiments.analysis.freezing import report
 
     _one_thread()
     report(folder, terrains, seed, out)
@@ -128,7 +128,7 @@ def freeze(
 @_command
 def render(
     folder: _Folder,
-    run: int = 0,
+    run: int | None = None,
     start: float | None = None,
     seconds: float = 8.0,
     seed: int = 0,
@@ -138,13 +138,13 @@ def render(
 
     Args:
         folder: Folder of the run.
-        run: Which one, if the folder has several.
+        run: Which one, if the folder has several; by default that of the best champion.
         start: Beginning of the film [s]; by default after the robot has learned to walk.
         seconds: Length of the film [s].
         seed: Decides terrain, sensor noise and damage of the life shown.
         out: Folder for the files; by default the run's.
     """
-    from experiments import film
+    from experiments.analysis import film
 
     _one_thread()
     for path in film.film_run(folder, run=run, out=out, seed=seed, start=start, seconds=seconds):
@@ -186,7 +186,7 @@ def bench(
     Args:
         json: File for the table in JSON.
         out: Folder for the table in JSON and in Markdown; by default it is only printed.
-        quick: Measure less, in half a minute; by default it takes some two minutes.
+        quick: Measure less, in one to two minutes; by default it takes three to five.
         profile: Tell where the time of a robot-step goes, too.
         seed: Decides gaits, genomes and terrains.
         threads: Of the evolution; all cores if not given. All else is measured on one.
@@ -206,14 +206,14 @@ def campaign(
     """Run studies: every condition with all its seeds, then analyses and figures; resumable.
 
     Args:
-        studies: Names of studies: those of experiments/ablations, "paper" for all of the paper's,
+        studies: Names of studies: those of experiments/studies, "paper" for all of the paper's,
             "all" for all there are.
         options: Where, how much and on what.
         grid: TOML file with a study of one's own: a table [base] with options of `evolve` and a
             table [axes] with the lists of values that others go through.
     """
-    from experiments.ablations.registry import find_studies
     from experiments.campaign.command import campaign as run_campaign
+    from experiments.studies.registry import find_studies
 
     _one_thread()
     sys.exit(run_campaign(find_studies(studies, grid), options))
@@ -228,7 +228,7 @@ def figures(roots: _Roots, seed: int = 0, out: Path | None = None) -> None:
         seed: Decides the resampling behind the bootstrap intervals.
         out: Folder for the files; by default `figures` in the first folder.
     """
-    from experiments.gallery import draw_all
+    from experiments.report.gallery import draw_all
 
     draw_all(roots, out, seed)
 

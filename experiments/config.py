@@ -173,10 +173,10 @@ class EvolveConfig:
         Terrain.from_name(fresh_terrain(self.terrain, 0))
 
     def _check_device(self) -> None:
-        from physics import setup
+        from physics import checks
 
         try:
-            setup.device(self.device)
+            checks.device(self.device)
         except RuntimeError:  # PyTorch's, for a name that it does not know
             raise ValueError(f"device: expected cpu or cuda, got {self.device!r}") from None
 

@@ -95,7 +95,7 @@ class RuleBank(nn.Module):
     def named_genes(self) -> list[tuple[str, nn.Parameter]]:
         """(name, parameter) in the order of the genes: the terms and, if evolved, eta."""
         if not all(term in self._parameters for term in self.terms):
-            raise TypeError(  # no AttributeError: nn.Module would hide it behind the property's
+            raise ValueError(
                 f"genes: expected the terms {self.terms} to be plain parameters, got "
                 f"{sorted(self._parameters)}; remove the parametrization or pruning first"
             )

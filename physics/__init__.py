@@ -9,11 +9,11 @@ for _ in range(60):
     readings = sim.step(torch.zeros(40, sim.n_voxels))
 """
 
-from physics.apparatus import Apparatus, Sensor
-from physics.damage import Damage
-from physics.model import Engine
-from physics.morphology import Morphology
+from physics.engine.memory.model import Engine
+from physics.scene.damage import Damage
+from physics.scene.morphology import Morphology
+from physics.scene.sensors import Apparatus, Sensor
+from physics.scene.terrain import Terrain
 from physics.simulator import Simulator
-from physics.terrain import Terrain
 
 __all__ = ["Apparatus", "Damage", "Engine", "Morphology", "Sensor", "Simulator", "Terrain"]

@@ -9,16 +9,20 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from physics import backend, clock, ground, material, model, rollout, setup
-from physics import layout as lay
-from physics import state as st
-from physics.apparatus import Apparatus
-from physics.damage import Damage
-from physics.grouping import Grouping, lanes_for
-from physics.model import Engine
-from physics.morphology import Morphology
-from physics.observed import Observed
-from physics.terrain import Terrain
+from physics import backend, checks
+from physics.engine import kernels
+from physics.engine.contacts import ground_detection
+from physics.engine.memory import layout as lay
+from physics.engine.memory import model
+from physics.engine.memory import state as st
+from physics.engine.memory.grouping import Grouping, lanes_for
+from physics.engine.memory.model import Engine
+from physics.observations import Observed
+from physics.scene import clock, material
+from physics.scene.damage import Damage
+from physics.scene.morphology import Morphology
+from physics.scene.sensors import Apparatus
+from physics.scene.terrain import Terrain
 
 _FIRST_STEPS = 3700  # the table of sensor windows starts with one minute
 _STRETCH = 1.3  # of a robot's diagonal, at most
@@ -74,32 +78,32 @@ class Simulator(Observed):
         """
         self.morphology = Morphology.of(shape)
         self.apparatus = Apparatus.of(sensors, self.morphology)
-        self.n_worlds = setup.positive_integer("n_worlds", n_worlds)
+        self.n_worlds = checks.positive_integer("n_worlds", n_worlds)
         self.n_voxels = self.morphology.n_voxels
         self.n_readings = self.apparatus.n_readings
         self.sensor_names = self.apparatus.names(self.morphology)
         self.sensor_kinds = self.apparatus.kinds
         self.dtype = dtype
-        self.device = setup.device(device)
-        self.damage = setup.instance("damage", damage, Damage)
-        self._noise = setup.finite("noise", noise, 0.0)
-        self._gravity = setup.finite("gravity", gravity)
-        self._engine = setup.instance("engine", engine, Engine) or Engine()
-        self._seeds = setup.world_seeds(seed, self.n_worlds)
-        self._lifetimes = setup.lifetimes_in_steps(lifetime, self.n_worlds)
-        self._terrains = setup.terrain_list(terrain, self.n_worlds)
+        self.device = checks.device(device)
+        self.damage = checks.instance("damage", damage, Damage)
+        self._noise = checks.finite("noise", noise, 0.0)
+        self._gravity = checks.finite("gravity", gravity)
+        self._engine = checks.instance("engine", engine, Engine) or Engine()
+        self._seeds = checks.world_seeds(seed, self.n_worlds)
+        self._lifetimes = checks.lifetimes_in_steps(lifetime, self.n_worlds)
+        self._terrains = checks.terrain_list(terrain, self.n_worlds)
         if threads is not None:
-            setup.positive_integer("threads", threads)
+            checks.positive_integer("threads", threads)
         device_type = self.device.type
         if lanes is None:
             lanes = lanes_for(self.n_worlds, dtype, threads, device_type)
-        self.lanes = setup.lanes(lanes, device_type)
+        self.lanes = checks.lanes(lanes, device_type)
         features = self._engine.features(self.morphology)
         self.program = backend.Program(dtype, lanes, lanes, features, device_type)
-        rollout.play(self.program)  # refuses other dtypes
+        kernels.play(self.program)  # refuses other dtypes
         self._grouping = Grouping.of(self.program, self.n_worlds, threads)
         groups = self._grouping.whole.count
-        self._segments, profiles = setup.pack_terrains(
+        self._segments, profiles = checks.pack_terrains(
             self._terrains, self._extent(), groups * lanes
         )
         self._profiles = torch.from_numpy(profiles).to(self.device, dtype)
@@ -141,7 +145,7 @@ class Simulator(Observed):
         Raises:
             ValueError: wrong shape, or not finite.
         """
-        setup.tensor("actuation", actuation, worlds=self.n_worlds, voxels=self.n_voxels)
+        checks.tensor("actuation", actuation, worlds=self.n_worlds, voxels=self.n_voxels)
         return self.run(actuation[None])
 
     def run(self, actuations: Tensor) -> Tensor | None:
@@ -157,7 +161,7 @@ class Simulator(Observed):
             ValueError: wrong shape, or not finite (on a GPU, where it would take a wait to look,
                 the world fails instead).
         """
-        setup.tensor(
+        checks.tensor(
             "actuations", actuations, steps=None, worlds=self.n_worlds, voxels=self.n_voxels
         )
         actions = actuations.detach().to(self.device, self.dtype).contiguous()
@@ -183,7 +187,7 @@ class Simulator(Observed):
         Raises:
             ValueError: a tensor for other worlds, of another type or in another order.
         """
-        setup.tensor(
+        checks.tensor(
             "brain", brain, groups=self._grouping.whole.count, items=None, lanes=self.lanes
         )
         if brain.dtype != self.dtype or not backend.packed(brain, self.lanes).is_contiguous():
@@ -218,9 +222,9 @@ class Simulator(Observed):
         Raises:
             ValueError: wrong shape.
         """
-        setup.tensor("poses", poses, **self._squares())
+        checks.tensor("poses", poses, **self._squares())
         rates = torch.zeros_like(poses) if velocities is None else velocities
-        setup.tensor("velocities", rates, **self._squares())
+        checks.tensor("velocities", rates, **self._squares())
         st.set_poses(self._state, poses)
         scale = torch.tensor([1.0, 1.0, lay.GYRATION], dtype=torch.float64)
         lanes = self._state.lanes_of(rates.double().cpu() * scale)
@@ -241,8 +245,8 @@ class Simulator(Observed):
         Raises:
             ValueError: wrong shape.
         """
-        setup.tensor("poses", poses, steps=None, **self._squares())
-        setup.tensor("velocities", velocities, steps=len(poses), **self._squares())
+        checks.tensor("poses", poses, steps=None, **self._squares())
+        checks.tensor("velocities", velocities, steps=len(poses), **self._squares())
         self._reserve(len(poses))
         readings = self._readings().new_zeros(len(poses), self.n_worlds, self.n_readings)
         for k, pose in enumerate(poses):
@@ -259,7 +263,7 @@ class Simulator(Observed):
     def _extent(self) -> float:
         """Width of ground that a robot may need at once, whatever its posture [m]."""
         size = material.VOXEL_SIDE * math.hypot(self.morphology.width, self.morphology.height)
-        return _STRETCH * size + 2 * (model.reach(self.apparatus) + ground.MARGIN)
+        return _STRETCH * size + 2 * (model.reach(self.apparatus) + ground_detection.MARGIN)
 
     def _build(self, max_steps: int) -> None:
         """Makes the model and its tables."""
@@ -306,7 +310,7 @@ class Simulator(Observed):
         """Runs the kernel for given actuations on all worlds."""
         for part in self._grouping.parts_for(end - begin):
             tensors = *self.kernel_tensors(part.program), actions, readings
-            kernel = rollout.play(part.program)
+            kernel = kernels.play(part.program)
             kernel(*tensors, begin, end, part.first, part.count, part.chunks)
 
     def _readings(self) -> Tensor:
@@ -318,6 +322,6 @@ class Simulator(Observed):
         return readings if self.n_readings else None
 
     def _mask(self, worlds: Tensor) -> Tensor:
-        if setup.tensor("worlds", worlds, worlds=self.n_worlds).dtype != torch.bool:
+        if checks.tensor("worlds", worlds, worlds=self.n_worlds).dtype != torch.bool:
             raise ValueError(f"worlds: expected a bool mask, got {worlds.dtype}")
         return worlds

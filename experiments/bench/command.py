@@ -25,8 +25,8 @@ from experiments.bench.profile import step_stages
 from experiments.bench.row import Row, Stage
 from experiments.bench.setting import Setting
 from experiments.bench.timing import Bystanders
-from experiments.store import make_room
-from physics import setup
+from experiments.runs.folder import make_room
+from physics import checks
 
 __all__ = ["Measurement", "bench", "measurements", "processes"]
 
@@ -56,7 +56,7 @@ def bench(
     Raises:
         ValueError: an option is wrong; nothing was measured then.
     """
-    setup.positive_integer("threads", available_cores() if threads is None else threads)
+    checks.positive_integer("threads", available_cores() if threads is None else threads)
     if seed < 0:
         raise ValueError(f"seed: expected an integer >= 0, got {seed}")
     make_room(json, out)

@@ -14,7 +14,7 @@ from experiments.bench.rates import BIPED, rates
 from experiments.bench.row import Row, Target
 from experiments.bench.setting import Setting
 from experiments.bench.workload import ClosedLoop
-from physics.clock import steps_in
+from physics.scene.clock import steps_in
 
 __all__ = ["evolve", "generation_seconds", "paper_run_minutes", "share"]
 

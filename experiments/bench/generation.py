@@ -9,17 +9,18 @@ from pathlib import Path
 
 import torch
 
-from experiments import history, metrics
 from experiments.bench.rates import BIPED
 from experiments.bench.row import Row, Stage
 from experiments.bench.setting import Setting
 from experiments.bench.timing import cpu_seconds
 from experiments.config import EvolveConfig
-from experiments.episode import Life
-from experiments.evolve import Evolution
-from experiments.store import Checkpoint, RunStore
-from experiments.tracker import Tracker
-from physics.clock import steps_in
+from experiments.evolution import metrics
+from experiments.evolution.evolve import Evolution
+from experiments.rollout.episode import Life
+from experiments.runs import history
+from experiments.runs.folder import Checkpoint, RunStore
+from experiments.runs.tensorboard import Tracker
+from physics.scene.clock import steps_in
 
 __all__ = ["PARTS", "besides_lives", "generation_stages"]
 

@@ -11,10 +11,13 @@ import torch
 from torch import Tensor
 
 from experiments.bench.workload import Workload
-from physics import backend, contacts, dynamics, ground, ropes, springs, step, welds
+from physics import backend
 from physics.backend import ti
-from physics.model import F_NOISE, load_sizes
-from physics.sensing import sense
+from physics.engine import integrator, step
+from physics.engine.contacts import ground_detection, ground_solver
+from physics.engine.joints import ropes, springs, welds
+from physics.engine.memory.model import F_NOISE, load_sizes
+from physics.engine.sensing import sense
 
 __all__ = ["STAGES", "PartialStep"]
 
@@ -81,12 +84,12 @@ def _step(
     stages,
     T: ti.template(),
 ):
-    """``physics.step.engine_step`` with the stages of a mask."""
+    """``physics.engine.step.engine_step`` with the stages of a mask."""
     if stages & _MOTION:
         step.count_step(S, g, m, T)
-        dynamics.integrate_velocities(S, g, m, mf, T)
+        integrator.integrate_velocities(S, g, m, mf, T)
     if stages & _CONTACTS:
-        contacts.prepare(S, lists, g, m, T)
+        ground_solver.prepare(S, lists, g, m, T)
     if stages & _SPRINGS:
         springs.prepare(S, g, m, mi, mf, T)
     if stages & _ROPES:
@@ -101,14 +104,14 @@ def _step(
         if stages & _WELDS:
             welds.solve_velocities(S, g, m, mi, T)
         if stages & _CONTACTS:
-            contacts.solve_velocities(S, lists, g, m, mf, T)
+            ground_solver.solve_velocities(S, lists, g, m, mf, T)
     if stages & _MOTION:
-        dynamics.integrate_positions(S, g, m, T)
+        integrator.integrate_positions(S, g, m, T)
     if stages & _POSITIONS:
         step.solve_positions(S, lists, g, m, mi, T)
     if stages & _DETECT:
-        ground.update_window(S, terrain, g, m, mf, T)
-        ground.detect(S, lists, g, m, T)
+        ground_detection.update_window(S, terrain, g, m, mf, T)
+        ground_detection.detect(S, lists, g, m, T)
     if stages & _MOTION:
         step.mark_failures(S, g, m, T)
 

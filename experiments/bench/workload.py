@@ -11,10 +11,10 @@ import torch
 from torch import Tensor
 
 import hebbtorch
-from experiments import fused
 from experiments.bench.setting import Setting
+from experiments.rollout import fused
 from physics import Simulator, Terrain
-from physics.material import DT
+from physics.scene.material import DT
 
 __all__ = ["GAITS", "ClosedLoop", "OpenLoop", "OwnModule", "Workload", "warm_up"]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from experiments.campaign.grid import Condition
-from experiments.champion import Champions
 from experiments.config import EvolveConfig
-from experiments.evolve import Session
-from experiments.progress import ProgressDisplay
+from experiments.evolution.evolve import Session
+from experiments.evolution.progress import ProgressDisplay
+from experiments.runs.champions import Champions
 
 __all__ = ["open_session", "run_condition"]
 

@@ -7,12 +7,12 @@ from collections.abc import Iterable
 
 import torch
 
-from experiments import controller
 from experiments.config import EvolveConfig, fresh_terrain
-from experiments.episode import driver
-from experiments.evaluate import world
+from experiments.rollout import controller
+from experiments.rollout.episode import driver
+from experiments.rollout.evaluate import world
 from physics import Morphology, Terrain
-from physics.clock import steps_in
+from physics.scene.clock import steps_in
 
 __all__ = ["disk_bytes", "evaluations", "robot_steps", "seconds_left", "seconds_per_robot_step"]
 

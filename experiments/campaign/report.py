@@ -12,15 +12,15 @@ def analyse(name: str, folder: Path) -> Path:
     """Apply an analysis to a finished run; what is there already is left alone.
 
     Args:
-        name: of a function of `experiments.analyses`.
+        name: of a function of `experiments.analysis.registry`.
         folder: of the run.
 
     Returns:
         The file.
     """
-    from experiments import analyses
+    from experiments.analysis import registry
 
-    path: Path = getattr(analyses, name)(folder)
+    path: Path = getattr(registry, name)(folder)
     return path
 
 
@@ -28,14 +28,14 @@ def draw(name: str, folders: Sequence[Path], out: Path) -> list[Path]:
     """Draw a figure, with its table.
 
     Args:
-        name: of a function of `experiments.figures`.
+        name: of a function of `experiments.report.figures`.
         folders: of all runs of a study, finished and analysed.
         out: folder for the files, created if need be.
 
     Returns:
         The files.
     """
-    from experiments.figures import FIGURES
+    from experiments.report.figures import FIGURES
 
     out.mkdir(parents=True, exist_ok=True)
     return FIGURES[name](folders, out)

@@ -1,7 +1,7 @@
 """The folder of a campaign, ROOT: what was declared in it, and how far each condition is.
 
 - campaign.json: scale, studies and their conditions, versions of this program that worked here.
-- conditions/NAME/: of each condition an ordinary folder of a run, see `experiments.store`.
+- conditions/NAME/: of each condition an ordinary folder of a run, see `experiments.runs.folder`.
 - STUDY/: figures and tables of a study.
 - lock: held by the process that works here.
 """
@@ -18,9 +18,9 @@ from typing import IO, Any
 
 from experiments.campaign.grid import MACHINE_OPTIONS, Condition, Scale
 from experiments.campaign.study import Study
-from experiments.champion import Champions
 from experiments.config import EvolveConfig
-from experiments.store import lock_folder, read_checkpoint, read_config, write_atomically
+from experiments.runs.champions import Champions
+from experiments.runs.folder import lock_folder, read_checkpoint, read_config, write_atomically
 
 __all__ = ["CampaignRoot", "Members", "Standing"]
 

@@ -21,8 +21,8 @@ class Study:
         name: of its script and of its folder.
         question: what it asks, a sentence.
         grids: of its conditions.
-        analyses: functions of `experiments.analyses`, applied to every finished condition.
-        figures: functions of `experiments.figures`, applied to all of them together.
+        analyses: functions of `experiments.analysis.registry`, applied to every finished condition.
+        figures: functions of `experiments.report.figures`, applied to all of them together.
     """
 
     name: str

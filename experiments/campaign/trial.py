@@ -13,8 +13,8 @@ from ray import tune
 
 from experiments.campaign.conditions import open_session
 from experiments.config import EvolveConfig
-from experiments.evolve import Session
-from experiments.history import Row
+from experiments.evolution.evolve import Session
+from experiments.runs.history import Row
 
 __all__ = ["ConditionTrial"]
 

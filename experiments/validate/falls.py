@@ -13,7 +13,8 @@ import numpy as np
 from experiments.validate.case import Case, Outcome, Panel, Picture, Row, Setting, Tolerance, worst
 from experiments.validate.motion import DTYPES, follow
 from experiments.validate.recordings import Recordings, Table
-from physics import Morphology, Simulator, Terrain, material
+from physics import Morphology, Simulator, Terrain
+from physics.scene import material
 
 __all__ = ["cases", "own_cases"]
 

@@ -11,7 +11,8 @@ import torch
 
 from experiments.validate.case import Case, Outcome, Row, Setting, Tolerance, worst
 from experiments.validate.recordings import Recordings
-from physics import Morphology, Simulator, clock, material
+from physics import Morphology, Simulator
+from physics.scene import clock, material
 
 __all__ = ["cases"]
 

@@ -25,7 +25,8 @@ from experiments.validate.case import (
 )
 from experiments.validate.motion import DTYPES, speeds
 from experiments.validate.recordings import Recordings, Table
-from physics import Morphology, Simulator, Terrain, clock
+from physics import Morphology, Simulator, Terrain
+from physics.scene import clock
 
 __all__ = ["agreement", "cases"]
 

@@ -14,7 +14,7 @@ import numpy as np
 import torch
 from scipy.stats import ks_2samp
 
-from experiments.episode import live
+from experiments.rollout.episode import live
 from experiments.validate import networks
 from experiments.validate.case import Case, Outcome, Panel, Picture, Row, Setting, Skip, Tolerance
 from experiments.validate.recordings import Recordings

@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from physics import Morphology, Terrain, clock
+from physics import Morphology, Terrain
+from physics.scene import clock
 
 __all__ = ["Recordings", "Table"]
 

@@ -1,8 +1,5 @@
 """A tiny bench, and rows of a table, for the tests of the bench."""
 
-import pytest
-
-from experiments import cli
 from experiments.bench.machine import Machine
 from experiments.bench.row import Row, Target
 from experiments.bench.setting import Setting
@@ -27,13 +24,3 @@ ROWS = [
     Row("speed", "steps/s", (10.0, 1.0, 3.0, 2.0), baseline=0.5, target=Target(2.0, 3.0)),
     Row("cost", "us", (4.0,), more_is_better=False, target=Target(3.0), others=0.25),
 ]
-
-
-def run(command: str, monkeypatch: pytest.MonkeyPatch) -> int:
-    """The exit code of `hebbtorch <command>`."""
-    monkeypatch.setattr("sys.argv", ["hebbtorch", *command.split()])
-    try:
-        cli.main()
-    except SystemExit as exit_:
-        return int(exit_.code or 0)
-    return 0

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import torch
 
-from experiments import controller
-from experiments.champion import Champions
 from experiments.config import EvolveConfig
+from experiments.rollout import controller
+from experiments.runs.champions import Champions
 
 PLASTIC = EvolveConfig(
     shape="worm-3x1", sensors="high", duration=1.0, eta=0.2, runs=2, population=8, threads=1

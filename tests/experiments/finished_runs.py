@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import torch
 
-from experiments.champion import Champions
+from experiments.analysis.recording import Recording, describe
 from experiments.config import EvolveConfig
-from experiments.inner_life import Recording, describe
+from experiments.runs.champions import Champions
 
 
 def write_run(

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from experiments import analyses, reassess
+from experiments.analysis import registry, unseen
 from tests.experiments.champions import PLASTIC, STATIC, random_champions, run_folder
 
 FILES = {
@@ -24,12 +24,12 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_all_of_them_are_tried_here() -> None:
-    assert sorted(FILES) == analyses.__all__
+    assert sorted(FILES) == registry.__all__
 
 
 @pytest.mark.parametrize(("name", "file"), FILES.items())
 def test_an_analysis_writes_its_file_once(name: str, file: str, folder: Path) -> None:
-    written = getattr(analyses, name)(folder)
+    written = getattr(registry, name)(folder)
     assert written == folder / file
     if written.suffix == ".csv":
         speeds = [float(row["speed"]) for row in csv.DictReader(written.read_text().splitlines())]
@@ -38,17 +38,17 @@ def test_an_analysis_writes_its_file_once(name: str, file: str, folder: Path) ->
         assert [run["run"] for run in json.loads(written.read_text())["runs"]] == [0, 1]
     assert not list(folder.glob("*.tmp"))
     written.write_text("left alone")
-    assert getattr(analyses, name)(folder) == written
+    assert getattr(registry, name)(folder) == written
     assert written.read_text() == "left alone"
 
 
 def test_unseen_terrains_are_ten_and_reported_alike(tmp_path: Path) -> None:
     folder = run_folder(tmp_path)
-    written = analyses.unseen_terrains(folder).read_bytes()
+    written = registry.unseen_terrains(folder).read_bytes()
     other = tmp_path / "other.csv"
-    reassess.report(folder, 10, None, None, 0, other)
+    unseen.report(folder, 10, None, None, 0, other)
     assert other.read_bytes() == written
-    speeds = reassess.reassess(PLASTIC, random_champions().genomes, range(10))
+    speeds = unseen.reassess(PLASTIC, random_champions().genomes, range(10))
     rows = list(csv.reader(written.decode().splitlines()))
     assert rows[0] == ["run", "terrain", "damage", "speed"]
     assert [float(row[3]) for row in rows[1:]] == speeds.flatten().tolist()
@@ -59,18 +59,18 @@ def test_unseen_terrains_are_ten_and_reported_alike(tmp_path: Path) -> None:
 def test_what_asks_for_plasticity_refuses_a_static_network(name: str, tmp_path: Path) -> None:
     folder = run_folder(tmp_path, STATIC)
     with pytest.raises(ValueError, match="run: expected plastic champions, got the mlp"):
-        getattr(analyses, name)(folder)
+        getattr(registry, name)(folder)
     assert [path.name for path in folder.iterdir()] == ["champion.safetensors"]
 
 
 @pytest.mark.parametrize("name", FILES)
 def test_a_folder_without_champions_is_refused(name: str, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="run: expected the folder of a finished run"):
-        getattr(analyses, name)(tmp_path)
+        getattr(registry, name)(tmp_path)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_static_networks_have_unseen_terrains_and_a_matrix(tmp_path: Path) -> None:
     folder = run_folder(tmp_path, STATIC)
-    assert analyses.unseen_terrains(folder).exists()
-    assert analyses.matrix(folder).exists()
+    assert registry.unseen_terrains(folder).exists()
+    assert registry.matrix(folder).exists()

@@ -11,7 +11,8 @@ from experiments.bench import (
 )
 from experiments.bench.row import Row, Stage
 from experiments.bench.setting import Setting
-from tests.experiments.benches import MACHINE, ROWS, run
+from tests.experiments.benches import MACHINE, ROWS
+from tests.experiments.commands import hebbtorch
 
 
 def test_json_holds_every_figure(tmp_path: Path) -> None:
@@ -81,7 +82,7 @@ def test_the_command_measures_shows_and_writes(
     monkeypatch.setattr(command, "measurements", lambda: {"one": measure})
     monkeypatch.setattr(command, "processes", lambda: {"two": measure_otherwise})
     file, folder = tmp_path / "new" / "speed.json", tmp_path / "out"
-    assert run(f"bench {options} --json {file} --out {folder}", monkeypatch) == 0
+    assert hebbtorch(f"bench {options} --json {file} --out {folder}", monkeypatch) == 0
     (setting,) = set(settings)
     passes = 1 if options else 3
     assert len(settings) == setting.passes == passes
@@ -122,6 +123,6 @@ def test_a_mistake_is_exit_code_2_before_anything_is_measured(
     Path("file").touch()
     monkeypatch.setattr(command, "measurements", dict)
     monkeypatch.setattr(command, "processes", dict)
-    assert run(f"bench {options}", monkeypatch) == 2
+    assert hebbtorch(f"bench {options}", monkeypatch) == 2
     assert message in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["file"]

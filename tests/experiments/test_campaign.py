@@ -25,8 +25,8 @@ from experiments.campaign.grid import Condition, Grid, Scale
 from experiments.campaign.options import CampaignOptions
 from experiments.campaign.root import CampaignRoot, Standing
 from experiments.campaign.study import Study
-from experiments.champion import Champions
 from experiments.config import EvolveConfig
+from experiments.runs.champions import Champions
 
 COMMAND = [sys.executable, "-c", "from experiments.cli import main; main()"]
 SCALE = Scale(runs=2, generations=2, population=8, duration=0.5, seed=3)
@@ -334,7 +334,7 @@ def test_help_tells_what_can_be_studied() -> None:
 
 
 def test_a_script_is_the_command(tmp_path: Path) -> None:
-    script = [sys.executable, "-m", "experiments.ablations.true_learning"]
+    script = [sys.executable, "-m", "experiments.studies.true_learning"]
     arguments = ["--quick", "--dry-run", "--threads", "1", "--out", str(tmp_path / "root")]
     shown = subprocess.run([*script, *arguments], capture_output=True, text=True, check=True)
     names = [line.split()[0] for line in shown.stdout.splitlines()[1:3]]

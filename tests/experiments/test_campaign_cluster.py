@@ -13,7 +13,7 @@ from experiments.campaign.command import campaign
 from experiments.campaign.grid import Scale
 from experiments.campaign.options import CampaignOptions
 from experiments.campaign.study import read_study
-from experiments.champion import Champions
+from experiments.runs.champions import Champions
 
 pytest.importorskip("ray")
 

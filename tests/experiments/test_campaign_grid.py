@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from experiments.ablations.registry import GROUPS, STUDIES, find_studies
-from experiments.analyses import __all__ as analyses
+from experiments.analysis.registry import __all__ as analyses
 from experiments.campaign.grid import (
     MACHINE_OPTIONS,
     QUICK,
@@ -20,7 +19,8 @@ from experiments.campaign.grid import (
 from experiments.campaign.options import CampaignOptions
 from experiments.campaign.study import Study, read_study
 from experiments.config import EvolveConfig
-from experiments.figures import FIGURES
+from experiments.report.figures import FIGURES
+from experiments.studies.registry import GROUPS, STUDIES, find_studies
 
 
 def test_a_grid_is_every_combination_in_order() -> None:

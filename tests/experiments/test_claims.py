@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from experiments.claims import CLAIMS, judge, measures, report, verdicts
-from experiments.claims.verdicts import Finding
 from experiments.config import EvolveConfig
-from experiments.figures.conditions import Condition, find_runs, gather
+from experiments.report.claims import CLAIMS, judge, measures, report, verdicts
+from experiments.report.claims.verdicts import Finding
+from experiments.report.figures.conditions import Condition, find_runs, gather
 from tests.experiments.finished_runs import (
     write_evaluation,
     write_freezing,

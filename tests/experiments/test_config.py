@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from experiments.config import EvolveConfig, fresh_terrain
-from experiments.evolve import evolve
+from experiments.evolution.evolve import evolve
 
 
 def test_defaults_are_the_papers() -> None:

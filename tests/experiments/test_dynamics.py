@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from experiments.dynamics import (
+from experiments.analysis.measures import (
     activation_measures,
     period_of,
     regularity_of,

@@ -8,10 +8,10 @@ import pytest
 import torch
 
 import hebbtorch
-from experiments import controller, fused
 from experiments.config import EvolveConfig
-from experiments.episode import Life, live
-from experiments.evaluate import world
+from experiments.rollout import controller, fused
+from experiments.rollout.episode import Life, live
+from experiments.rollout.evaluate import world
 from physics import Simulator, Terrain
 
 N = 3

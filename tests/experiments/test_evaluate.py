@@ -6,10 +6,10 @@ from typing import Any
 import pytest
 import torch
 
-from experiments import controller, seeds
+from experiments.analysis.unseen import default_file, reassess
 from experiments.config import EvolveConfig
-from experiments.evaluate import Evaluator, lives, world
-from experiments.reassess import default_file, reassess
+from experiments.rollout import controller, seeds
+from experiments.rollout.evaluate import Evaluator, lives, world
 from physics import Terrain
 
 

@@ -14,11 +14,11 @@ import pytest
 import torch
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
-from experiments.champion import Champions
 from experiments.config import EvolveConfig
-from experiments.evolve import Session, evolve, resume
-from experiments.progress import ProgressDisplay
-from experiments.store import Checkpoint, RunStore
+from experiments.evolution.evolve import Session, evolve, resume
+from experiments.evolution.progress import ProgressDisplay
+from experiments.runs.champions import Champions
+from experiments.runs.folder import Checkpoint, RunStore
 
 COMMAND = [sys.executable, "-c", "from experiments.cli import main; main()"]
 

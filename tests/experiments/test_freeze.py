@@ -8,13 +8,15 @@ import pytest
 import torch
 from PIL import Image
 
-from experiments import cli, controller, freeze, fused
-from experiments.champion import Champions
-from experiments.evaluate import lives, world
-from experiments.freeze import Freezing, act, learn, school_and_exam
-from experiments.reassess import reassess
-from physics.clock import steps_in
+from experiments.analysis import freezing
+from experiments.analysis.freezing import Freezing, act, learn, school_and_exam
+from experiments.analysis.unseen import reassess
+from experiments.rollout import controller, fused
+from experiments.rollout.evaluate import lives, world
+from experiments.runs.champions import Champions
+from physics.scene.clock import steps_in
 from tests.experiments.champions import PLASTIC, STATIC, random_champions, run_folder
+from tests.experiments.commands import hebbtorch
 
 SCHOOL, EXAM = school_and_exam(PLASTIC, 2, seed=0)
 
@@ -25,18 +27,18 @@ def champions() -> Champions:
 
 
 @pytest.fixture(scope="module")
-def snapshots(champions: Champions) -> freeze.Weights:
+def snapshots(champions: Champions) -> freezing.Weights:
     return learn(PLASTIC, champions.genomes, [0.0, 0.5, 1.0], SCHOOL)
 
 
-def exam_world(snapshots: freeze.Weights):
+def exam_world(snapshots: freezing.Weights):
     """Worlds for all (second, run, terrain)."""
     n = snapshots[0].shape[:-2].numel()
     grounds = EXAM * n
     return world(PLASTIC, grounds.terrains(), grounds.worlds)
 
 
-def plastic_network(champions: Champions, snapshots: freeze.Weights):
+def plastic_network(champions: Champions, snapshots: freezing.Weights):
     """The champions with their rules, in the order of `exam_world`, and the weights given."""
     n_snapshots = len(snapshots[0])
     genomes = champions.genomes.repeat(n_snapshots, 1).repeat_interleave(len(EXAM), 0)
@@ -72,7 +74,7 @@ def test_snapshots_are_the_weights_of_a_life_so_long(champions: Champions, init:
 
 
 def test_frozen_weights_act_as_the_plastic_network_without_plasticity(
-    champions: Champions, snapshots: freeze.Weights
+    champions: Champions, snapshots: freezing.Weights
 ) -> None:
     """The control loop by hand, with the network that has the rules, but does not use them."""
     network, state = plastic_network(champions, snapshots)
@@ -95,7 +97,7 @@ def test_frozen_weights_act_as_the_plastic_network_without_plasticity(
 
 
 def test_they_act_in_the_kernel_as_the_plastic_network_does(
-    champions: Champions, snapshots: freeze.Weights
+    champions: Champions, snapshots: freezing.Weights
 ) -> None:
     network, state = plastic_network(champions, snapshots)
     sim = exam_world(snapshots)
@@ -108,7 +110,7 @@ def test_they_act_in_the_kernel_as_the_plastic_network_does(
     assert torch.equal(act(PLASTIC, snapshots, EXAM), speed.reshape(3, 2, 2))
 
 
-def test_without_weights_a_robot_is_passive(snapshots: freeze.Weights) -> None:
+def test_without_weights_a_robot_is_passive(snapshots: freezing.Weights) -> None:
     sim = world(PLASTIC, EXAM.terrains(), EXAM.worlds)
     sim.reset()
     nothing = torch.zeros(2, sim.n_voxels)
@@ -156,21 +158,21 @@ def test_frozen_networks_meet_what_reassessed_ones_meet(damage: str) -> None:
 
 
 def test_parts_of_a_batch_change_nothing(
-    snapshots: freeze.Weights, monkeypatch: pytest.MonkeyPatch
+    snapshots: freezing.Weights, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole = act(PLASTIC, snapshots, EXAM)
-    monkeypatch.setattr(freeze, "_MOST_WORLDS", 5)  # two networks on two terrains, at most
+    monkeypatch.setattr(freezing, "_MOST_WORLDS", 5)  # two networks on two terrains, at most
     assert torch.equal(act(PLASTIC, snapshots, EXAM), whole)
 
 
 def test_every_second_of_every_run_is_there(champions: Champions) -> None:
-    freezing = freeze.freeze(champions, n_terrains=2)
+    measured = freezing.freeze(champions, n_terrains=2)
     seconds = learn(PLASTIC, champions.genomes, [0.0, 1.0], SCHOOL)
     expected = act(PLASTIC, seconds, EXAM)
-    assert freezing.speeds.shape == (2, 2, 2)
+    assert measured.speeds.shape == (2, 2, 2)
     for run in range(2):
         for second in range(2):
-            assert torch.equal(freezing.speeds[run, second], expected[second, run])
+            assert torch.equal(measured.speeds[run, second], expected[second, run])
 
 
 def test_median_and_deviation_over_runs() -> None:
@@ -183,33 +185,34 @@ def test_median_and_deviation_over_runs() -> None:
     assert Freezing("", ["a", "b"], speeds[:1]).spread is None
 
 
-def hebbtorch(command: str, monkeypatch: pytest.MonkeyPatch) -> int:
-    monkeypatch.setattr("sys.argv", ["hebbtorch", *command.split()])
-    try:
-        cli.main()
-    except SystemExit as stop:
-        return int(stop.code or 0)
-    return 0
-
-
 def test_the_command_writes_a_table_and_a_picture(tmp_path, monkeypatch, capsys) -> None:
     folder = run_folder(tmp_path)
     assert hebbtorch(f"freeze {folder} --terrains 2", monkeypatch) == 0
     name = "freeze-2-seed0"  # not freeze.csv, which is for three terrains
     rows = list(csv.reader((folder / f"{name}.csv").read_text().splitlines()))
     assert rows[0] == ["run", "second", "terrain", "speed"]
-    freezing = freeze.freeze(random_champions(), 2)
+    measured = freezing.freeze(random_champions(), 2)
     assert rows[1:] == [
         [str(run), str(second), f"hilly-3-30-{1 + terrain}", repr(speed)]
-        for run, of_run in enumerate(freezing.speeds.tolist())
+        for run, of_run in enumerate(measured.speeds.tolist())
         for second, of_second in enumerate(of_run)
         for terrain, speed in enumerate(of_second)
     ]
     with Image.open(folder / f"{name}.png") as picture:
         assert picture.format == "PNG"
     shown = capsys.readouterr().out
-    assert f"frozen at  1 s: {freezing.middle[1]:.2f}" in shown
+    assert f"frozen at  1 s: {measured.middle[1]:.2f}" in shown
     assert f"wrote {folder / (name + '.png')}" in shown
+
+
+def test_the_picture_of_something_else_is_left_alone(tmp_path, monkeypatch, capsys) -> None:
+    folder = run_folder(tmp_path)
+    gait = folder / "gait.png"
+    gait.write_bytes(b"a gait")
+    assert hebbtorch(f"freeze {folder} --out {folder / 'gait.csv'}", monkeypatch) == 2
+    assert "out: expected a name whose picture" in capsys.readouterr().err
+    assert gait.read_bytes() == b"a gait"
+    assert not (folder / "gait.csv").exists()
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import torch
 
-from experiments.history import History, Row
+from experiments.runs.history import History, Row
 
 
 def row(generation: int, best: float = 0.1) -> Row:

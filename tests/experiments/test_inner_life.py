@@ -9,13 +9,13 @@ import pytest
 import torch
 
 import hebbtorch
-from experiments import controller
-from experiments.evaluate import world
-from experiments.freeze import learn, school_and_exam
-from experiments.inner_life import LAYERS, Recording, describe, observe, times_of, write
-from experiments.reassess import reassess
-from experiments.term_sizes import TermSizes
-from physics.clock import steps_in
+from experiments.analysis.freezing import learn, school_and_exam
+from experiments.analysis.recording import LAYERS, Recording, describe, observe, times_of, write
+from experiments.analysis.term_sizes import TermSizes
+from experiments.analysis.unseen import reassess
+from experiments.rollout import controller
+from experiments.rollout.evaluate import world
+from physics.scene.clock import steps_in
 from tests.experiments.champions import PLASTIC, random_champions, run_folder
 
 SCHOOL, _ = school_and_exam(PLASTIC, 1, 0)

@@ -6,8 +6,8 @@ from dataclasses import replace
 import pytest
 import torch
 
-from experiments.matrix import DAMAGES, TERRAINS, validate
-from experiments.reassess import reassess
+from experiments.analysis.unseen import reassess
+from experiments.analysis.validation_matrix import DAMAGES, TERRAINS, validate
 from tests.experiments.champions import PLASTIC, STATIC, random_champions
 
 

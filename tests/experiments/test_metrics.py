@@ -3,8 +3,8 @@
 import pytest
 import torch
 
-from experiments.history import Row
-from experiments.metrics import measure
+from experiments.evolution.metrics import measure
+from experiments.runs.history import Row
 
 
 def test_spread_is_the_mean_deviation_of_the_genes() -> None:

@@ -4,8 +4,8 @@ import re
 
 import pytest
 
-from experiments.history import Row
-from experiments.progress import ProgressDisplay
+from experiments.evolution.progress import ProgressDisplay
+from experiments.runs.history import Row
 
 
 def rows(generation: int, *bests: float) -> list[Row]:
@@ -33,3 +33,9 @@ def test_of_several_runs_the_best_and_the_median_of_medians(
     whole, with_failed_run = capsys.readouterr().out.splitlines()
     assert "best 5.00 m/s  median 3.00 m/s" in whole
     assert "best 2.00 m/s" in with_failed_run
+
+
+def test_without_a_stdout_nothing_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.stdout", None)
+    with ProgressDisplay(generations=1, done=0) as progress:
+        progress.show(rows(1, 0.5), 1.0)

@@ -5,8 +5,8 @@ import csv
 import pytest
 import torch
 
-from experiments.freeze import act, freeze, learn, school_and_exam
-from experiments.pruning import FRACTIONS, KINDS, order, prune, pruned
+from experiments.analysis.freezing import act, freeze, learn, school_and_exam
+from experiments.analysis.pruning import FRACTIONS, KINDS, order, prune, pruned
 from tests.experiments.champions import PLASTIC, random_champions
 
 # Two networks, 2-2-1: four synapses into the hidden layer, and two out of it.

@@ -2,7 +2,7 @@
 
 import pytest
 
-from experiments import seeds
+from experiments.rollout import seeds
 
 
 def test_a_seed_never_changes() -> None:

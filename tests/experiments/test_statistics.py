@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from experiments import intervals
-from experiments.statistics import Pair, compare, holm, least_p, mann_whitney
+from experiments.report import intervals
+from experiments.report.statistics import Pair, compare, holm, least_p, mann_whitney
 
 NAN = math.nan
 

@@ -7,8 +7,8 @@ import pytest
 import torch
 
 from experiments.config import EvolveConfig
-from experiments.history import History, Row
-from experiments.store import Checkpoint, RunStore, read_config
+from experiments.runs.folder import Checkpoint, RunStore, read_config
+from experiments.runs.history import History, Row
 
 CONFIG = EvolveConfig(population=4, seed=3)
 

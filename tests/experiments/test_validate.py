@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from experiments import cli
 from experiments.validate import (
     batches,
     command,
@@ -25,6 +24,7 @@ from experiments.validate import (
 from experiments.validate.case import Case, Row, Skip, Tolerance
 from experiments.validate.recordings import Recordings
 from physics import Engine
+from tests.experiments.commands import hebbtorch
 from tests.experiments.validations import OWN, own_rows, rows_of
 
 SMALL = ("single_voxel_step", "four_voxel_step", "random_gaits_params_worm-7x1")
@@ -183,9 +183,5 @@ def test_the_command_passes_its_verdict_on(
     rows[100][column] = str(float(rows[100][column]) + 0.001)
     with (tmp_path / "single_voxel_step.csv").open("w", newline="") as file:
         csv.writer(file).writerows(rows)
-    command_line = ["hebbtorch", "validate", "--reference", str(tmp_path), "--seed", "3"]
-    monkeypatch.setattr("sys.argv", command_line)
-    with pytest.raises(SystemExit) as stop:
-        cli.main()
-    assert stop.value.code == 1
+    assert hebbtorch(f"validate --reference {tmp_path} --seed 3", monkeypatch) == 1
     assert "2 FAIL" in capsys.readouterr().out

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from experiments import cli
 from experiments.validate import command
 from experiments.validate.recordings import Recordings, Table
+from tests.experiments.commands import hebbtorch
 
 OWN = command.OWN_COPY
 
@@ -183,11 +183,7 @@ def test_a_folder_without_recordings(
     folder, out = tmp_path / "records", tmp_path / "pictures"
     if present:
         folder.mkdir()
-    arguments = ["validate", "--reference", str(folder), "--out", str(out)]
-    monkeypatch.setattr("sys.argv", ["hebbtorch", *arguments])
-    with pytest.raises(SystemExit) as stop:
-        cli.main()
-    assert stop.value.code == 2
+    assert hebbtorch(f"validate --reference {folder} --out {out}", monkeypatch) == 2
     error = capsys.readouterr().err
     assert error.startswith("hebbtorch: reference: expected ")
     assert error.count("\n") == 1

@@ -13,7 +13,8 @@ import torch
 from experiments.validate import gaits, generation, motion, steps
 from experiments.validate.case import Case, Setting
 from experiments.validate.recordings import Recordings
-from physics import Apparatus, Engine, Morphology, Simulator, Terrain, clock
+from physics import Apparatus, Engine, Morphology, Simulator, Terrain
+from physics.scene import clock
 from tests.experiments.validations import rows_of, write
 
 SHAPE, PROFILE = "T-5x2", {"xs": [0, 10, 500, 900], "ys": [50, 5, 30, 5]}

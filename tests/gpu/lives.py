@@ -15,9 +15,9 @@ import torch
 from torch import Tensor
 
 from experiments.config import EvolveConfig
-from experiments.evaluate import Evaluator
+from experiments.rollout.evaluate import Evaluator
 from physics import Engine, Simulator, Terrain
-from physics import layout as lay
+from physics.engine.memory import layout as lay
 from tests.gpu import pretend
 from tests.physics.worlds import gaits
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from physics import material
+from physics.scene import material
 
 Vector = tuple[float, float]
 

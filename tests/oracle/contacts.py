@@ -6,8 +6,8 @@ import itertools
 import math
 from collections.abc import Sequence
 
-from physics import material
-from physics.terrain import Terrain
+from physics.scene import material
+from physics.scene.terrain import Terrain
 from tests.oracle.bodies import Square, Vector, clamp, dot, inverse_mass_along, minus
 
 GROUND = Square(0.0, 0.0, mass=math.inf, inertia=math.inf)  # impulses do not move it

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from physics import material
+from physics.scene import material
 from tests.oracle.bodies import Square, Vector, clamp, dot, inverse_mass_along, minus
 
 

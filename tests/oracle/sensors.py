@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from physics import material
-from physics.apparatus import Apparatus, Sensor
-from physics.terrain import Terrain
+from physics.scene import material
+from physics.scene.sensors import Apparatus, Sensor
+from physics.scene.terrain import Terrain
 
 NW, NE, SE, SW = range(4)
 

@@ -8,10 +8,10 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from physics import material
-from physics.apparatus import Apparatus
-from physics.morphology import Morphology
-from physics.terrain import Terrain
+from physics.scene import material
+from physics.scene.morphology import Morphology
+from physics.scene.sensors import Apparatus
+from physics.scene.terrain import Terrain
 from tests.oracle.reference_world import ReferenceWorld
 from tests.oracle.sensors import area_ratio, distance, readings, voxel_angle
 from tests.oracle.world import OracleWorld, natural_joints, place, recorded_joints

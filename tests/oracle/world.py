@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from physics import material
-from physics.morphology import Morphology
-from physics.terrain import Terrain
+from physics.scene import material
+from physics.scene.morphology import Morphology
+from physics.scene.terrain import Terrain
 from tests.oracle.bodies import Square, Vector
 from tests.oracle.contacts import GROUND, Contact, Point, find_contacts
 from tests.oracle.joints import Joint, Rope, Spring, Weld

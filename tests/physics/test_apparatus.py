@@ -1,7 +1,7 @@
 import pytest
 
-from physics.apparatus import Apparatus, Sensor
-from physics.morphology import Morphology
+from physics.scene.morphology import Morphology
+from physics.scene.sensors import Apparatus, Sensor
 from tests.reference import load
 
 BIPED, WORM = Morphology.of("biped-4x3"), Morphology.of("worm-7x1")

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from physics import clock
-from physics.material import DT
+from physics.scene import clock
+from physics.scene.material import DT
 from tests.reference import load
 
 

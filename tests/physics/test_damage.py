@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from physics.damage import Damage
+from physics.scene.damage import Damage
 
 
 def test_a_world_breaks_as_its_seed_says_and_nothing_else():

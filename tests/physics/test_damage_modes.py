@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 
 from physics import Damage, Simulator, Terrain
-from physics.clock import steps_in
+from physics.scene.clock import steps_in
 from tests.physics.worlds import gaits
 
 WORLDS, STEPS = 10, 45

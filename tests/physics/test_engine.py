@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 import torch
 
-from physics import Engine, Morphology, Simulator, material
+from physics import Engine, Morphology, Simulator
+from physics.scene import material
 from tests.physics.worlds import DOUBLE, beside_oracle, distance, gaits
 from tests.reference import load
 

@@ -7,7 +7,7 @@ import torch
 
 from physics import Simulator
 from physics.backend import Program
-from physics.grouping import Grouping, lanes_for
+from physics.engine.memory.grouping import Grouping, lanes_for
 from tests.physics.worlds import gaits
 
 SINGLE, DOUBLE = torch.float32, torch.float64

@@ -8,7 +8,8 @@ import pytest
 import torch
 from torch import Tensor
 
-from physics import Engine, Simulator, Terrain, material
+from physics import Engine, Simulator, Terrain
+from physics.scene import material
 from tests.physics.worlds import DOUBLE, gaits, turned
 
 LOOKS_BACK = Engine(continuous=True)

@@ -8,7 +8,7 @@ import torch
 from scipy.stats import spearmanr
 
 from physics import Morphology, Simulator, Terrain
-from physics.clock import steps_in, times
+from physics.scene.clock import steps_in, times
 from tests.physics.worlds import gaits
 from tests.reference import load
 

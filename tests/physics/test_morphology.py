@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from physics.morphology import Morphology
+from physics.scene.morphology import Morphology
 from tests.reference import joint_order
 
 

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from PIL import Image, ImageSequence
 
-from physics import palette
-from physics.canvas import Camera
-from physics.frame import Frame, follow, polygon_areas
-from physics.movie import write_gif, write_mp4, write_png
-from physics.render import draw_film, draw_frame, draw_overlay, draw_strip, stack
-from physics.terrain import Terrain
+from physics.render import palette
+from physics.render.canvas import Camera
+from physics.render.draw import draw_film, draw_frame, draw_overlay, draw_strip, stack
+from physics.render.frame import Frame, follow, polygon_areas
+from physics.render.movie import write_gif, write_mp4, write_png
+from physics.scene.terrain import Terrain
 
 FLAT = Terrain.from_profile([0, 10, 1990, 2000], [100, 5, 5, 100])
 

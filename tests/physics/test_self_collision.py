@@ -9,7 +9,8 @@ import pytest
 import torch
 from torch import Tensor
 
-from physics import Engine, Morphology, Simulator, Terrain, material
+from physics import Engine, Morphology, Simulator, Terrain
+from physics.scene import material
 from tests.physics.worlds import DOUBLE, beside_oracle, gaits
 
 COLLIDE = Engine(self_collision=True)

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from physics.terrain import Terrain, java_gaussian_pairs
+from physics.scene.terrain import Terrain, java_gaussian_pairs
 from tests.reference import load
 
 

@@ -1,0 +1,254 @@
+"""True learning (paper, Sec. IV-B, Fig. 6 and 10): how do weights act once learning has stopped?
+
+A champion lives once on an unseen terrain, plastic as it is, and its weights are kept at every
+whole second. Each of these snapshots then lives anew on other unseen terrains, with weights that
+stay as they are. A network that learned for good walks on; one that needs its plasticity falls
+back.
+"""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass
+from pathlib import Path
+
+import torch
+from torch import Tensor
+
+import hebbtorch
+from experiments.analysis.unseen import variant, writable
+from experiments.config import EvolveConfig
+from experiments.files.csvfile import write_csv
+from experiments.rollout import controller, seeds
+from experiments.rollout.episode import driver, live
+from experiments.rollout.evaluate import world
+from experiments.rollout.scenarios import Grounds
+from experiments.runs.champions import Champions
+from experiments.runs.folder import write_atomically
+from physics.scene.clock import steps_in
+
+__all__ = ["Freezing", "act", "freeze", "learn", "plastic_champions", "report", "school_and_exam"]
+
+Weights = tuple[Tensor, ...]  # one (..., out, in) per layer
+
+_MOST_WORLDS = 4000  # at once, to bound the memory
+_SHOWN = (0, 1, 5, 10, 20, 30, 60)  # [s], in the table printed
+
+
+@dataclass(frozen=True)
+class Freezing:
+    """Speeds of frozen champions.
+
+    Attributes:
+        title: what was frozen.
+        terrains: names of S terrains.
+        speeds: [m/s], shape (runs, seconds, S), float64, by the second at which the weights were
+            frozen, from 0, birth; NaN where the life failed.
+    """
+
+    title: str
+    terrains: list[str]
+    speeds: Tensor
+
+    @property
+    def middle(self) -> Tensor:
+        """Median over the runs of their mean speed over the terrains [m/s], shape (seconds,)."""
+        return self.speeds.nanmean(-1).nanquantile(0.5, 0)
+
+    @property
+    def spread(self) -> Tensor | None:
+        """Standard deviation over the runs (n - 1) likewise; None for a single run."""
+        if len(self.speeds) < 2:
+            return None
+        deviations = self.speeds.nanmean(-1) - self.speeds.nanmean(-1).nanmean(0)
+        n = (~deviations.isnan()).sum(0)
+        return (deviations.square().nansum(0) / (n - 1).clamp(min=1)).sqrt()
+
+    def write(self, out: Path) -> Path:
+        """Write a CSV file: run, second, terrain, speed [m/s]."""
+        rows = (
+            (run, second, terrain, speed)
+            for run, of_run in enumerate(self.speeds.tolist())
+            for second, of_second in enumerate(of_run)
+            for terrain, speed in zip(self.terrains, of_second, strict=True)
+        )
+        return write_csv(out, ("run", "second", "terrain", "speed"), rows)
+
+    def draw(self, out: Path) -> Path:
+        """Draw them as a PNG: median over the runs, and beside it a standard deviation."""
+        # Slow to import, and most that import this module draw nothing.
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=(6, 3.5), layout="constrained")
+        axes = figure.add_subplot()
+        seconds, middle = range(len(self.middle)), self.middle.numpy()
+        if self.spread is not None:
+            spread = self.spread.numpy()
+            axes.fill_between(seconds, middle - spread, middle + spread, alpha=0.25, linewidth=0)
+        axes.plot(seconds, middle)
+        axes.axhline(0, color="0.7", linewidth=0.8, zorder=0)
+        axes.set_xlabel("weights frozen at [s]")
+        axes.set_ylabel("speed once frozen [m/s]")
+        axes.set_title(self.title, fontsize="medium")
+        picture = io.BytesIO()
+        FigureCanvasAgg(figure).print_png(picture)
+        write_atomically(out, picture.getvalue())
+        return out
+
+
+def freeze(champions: Champions, n_terrains: int = 3, seed: int = 0) -> Freezing:
+    """Freeze champions at every whole second of a life, and let them live on.
+
+    Args:
+        champions: plastic ones, see `plastic_champions`; shape, sensors, damage and duration of
+            all lives are those of their evolution.
+        n_terrains: S, terrains on which each snapshot lives.
+        seed: decides noise, damage and the weights at birth.
+
+    Raises:
+        ValueError: n_terrains is not a number of unseen terrains.
+    """
+    config = champions.config
+    school, exam = school_and_exam(config, n_terrains, seed)
+    snapshots = learn(config, champions.genomes, range(int(config.duration) + 1), school)
+    speeds = act(config, snapshots, exam)
+    bound = "" if config.normalize == "none" else f", normalized ({config.normalize})"
+    title = (
+        f"{config.shape}, {config.sensors} sensors, damage {config.damage}{bound}, "
+        f"{len(champions.genomes)} run(s)"
+    )
+    return Freezing(title, exam.names, speeds.transpose(0, 1))
+
+
+def report(folder: Path, n_terrains: int, seed: int, out: Path | None) -> None:
+    """Freeze the champions of a run, print a summary, write every speed and a picture.
+
+    Args:
+        folder: of the run.
+        n_terrains: terrains on which each snapshot lives.
+        seed: decides noise, damage and the weights at birth.
+        out: the CSV file; by default freeze.csv in the run's folder, with a longer name for other
+            terrains than campaigns have. The picture has the same name, but ends in .png.
+
+    Raises:
+        ValueError: an option is wrong, the run cannot be read or is of a static controller;
+            nothing was written then.
+    """
+    writable(out)
+    out = out or folder / f"freeze{variant(n_terrains, 3, seed)}.csv"
+    if out.suffix == ".png":
+        raise ValueError(f"out: expected a CSV file, got the name of a picture, {str(out)!r}")
+    picture = out.with_suffix(".png")
+    if picture.exists() and not out.exists():
+        raise ValueError(
+            f"out: expected a name whose picture, {str(picture)!r}, is free or of the same table, "
+            f"got {str(out)!r}; choose another name"
+        )
+    freezing = freeze(plastic_champions(folder), n_terrains, seed)
+    files = [freezing.write(out), freezing.draw(picture)]
+    print(f"{freezing.title}, {n_terrains} terrain(s), median over the runs in m/s:")
+    for second in (each for each in _SHOWN if each < len(freezing.middle)):
+        spread = "" if freezing.spread is None else f" +- {freezing.spread[second]:.2f}"
+        print(f"frozen at {second:2} s: {freezing.middle[second]:.2f}{spread}")
+    for path in files:
+        print(f"wrote {path}")
+
+
+def plastic_champions(folder: Path) -> Champions:
+    """The champions of a run, if their weights change during life.
+
+    Raises:
+        ValueError: they do not, or the run cannot be read.
+    """
+    champions = Champions.load(folder)
+    if champions.config.controller != "hebbian":
+        raise ValueError(
+            f"run: expected plastic champions, got the {champions.config.controller} of "
+            f"{str(folder)!r}, whose weights never change; name a run of --controller hebbian"
+        )
+    return champions
+
+
+def school_and_exam(config: EvolveConfig, n_terrains: int, seed: int) -> tuple[Grounds, Grounds]:
+    """Where champions learn, and the other unseen terrains on which their weights are judged.
+
+    Args:
+        config: of their evolution. Where its terrain is a full name, or flat, that one is met
+            every time, with other noise and damage.
+        n_terrains: number of the other terrains.
+        seed: decides noise, damage and the weights at birth.
+
+    Raises:
+        ValueError: n_terrains is less than 1, or too many.
+    """
+    if n_terrains < 1:
+        raise ValueError(f"terrains: expected an integer >= 1, got {n_terrains!r}")
+    first, *others = seeds.unseen_terrain_seeds(1 + n_terrains)
+    return (
+        Grounds.unseen(config.terrain, [first], seed),
+        Grounds.unseen(config.terrain, others, seed),
+    )
+
+
+@torch.no_grad()
+def learn(
+    config: EvolveConfig, genomes: Tensor, seconds: range | list[float], school: Grounds
+) -> Weights:
+    """Weights of individuals at several times of one life.
+
+    Args:
+        config: of their evolution.
+        genomes: shape (K, G).
+        seconds: B times, ascending [s]; 0 is birth.
+        school: the one ground on which all of them live.
+
+    Returns:
+        Per layer, shape (B, K, out, in).
+    """
+    n = len(genomes)
+    grounds = school * n
+    networks = controller.build(config, n)
+    networks.set_genomes(genomes)
+    sim = world(config, grounds.terrains(), grounds.worlds)
+    state = controller.birth(networks, config.init, grounds.births)
+    drive = driver(sim, networks, state, config.loop)
+    sim.reset()
+    snapshots, done = [], 0
+    for second in seconds:
+        drive.run(sim, steps_in(second) - done)
+        done = steps_in(second)
+        snapshots.append(drive.state().weights)
+    return tuple(torch.stack(layer) for layer in zip(*snapshots, strict=True))
+
+
+def act(config: EvolveConfig, weights: Weights, exam: Grounds) -> Tensor:
+    """Speeds of networks whose weights stay as they are.
+
+    Args:
+        config: of the evolution of the individuals.
+        weights: per layer, shape (B, K, out, in).
+        exam: S grounds, the same for all.
+
+    Returns:
+        Speeds [m/s], shape (B, K, S), float64, NaN where the life failed.
+    """
+    shape = (*weights[0].shape[:-2], len(exam))
+    # Without plasticity, a plastic network is a static one with the same weights.
+    synapses = torch.cat([layer.flatten(-2) for layer in weights], -1).flatten(0, -2)
+    sizes = [weights[0].shape[-1], *(layer.shape[-2] for layer in weights)]
+    speeds = [
+        _speeds(config, sizes, part, exam)
+        for part in synapses.split(max(1, _MOST_WORLDS // len(exam)))
+    ]
+    return torch.cat(speeds).reshape(shape)
+
+
+def _speeds(config: EvolveConfig, sizes: list[int], synapses: Tensor, exam: Grounds) -> Tensor:
+    """Speeds of static networks, (N * S,), from their synapses, (N, synapses)."""
+    networks = hebbtorch.StaticMLP(sizes, population=(len(synapses) * len(exam),))
+    networks = networks.to(config.device)
+    networks.set_genomes(synapses.repeat_interleave(len(exam), 0))
+    grounds = exam * len(synapses)
+    sim = world(config, grounds.terrains(), grounds.worlds)
+    return live(sim, networks, config.duration, loop=config.loop).speed.cpu()

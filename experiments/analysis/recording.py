@@ -1,0 +1,260 @@
+"""What goes on within plastic champions during a life (paper, Sec. IV-C, Fig. 7 and 9).
+
+Each champion lives once on an unseen terrain while its weights, its neurons and its body are
+recorded. A run's folder gets two files:
+
+- inner_life.json: per run, how the weights, the neurons and the changes of weights are.
+- inner_life.npz: what they are computed from; see `Recording`.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+import hebbtorch
+from experiments.analysis import measures
+from experiments.analysis.freezing import plastic_champions, school_and_exam
+from experiments.analysis.term_sizes import TermSizes
+from experiments.config import EvolveConfig
+from experiments.rollout import controller, fused
+from experiments.rollout.evaluate import world
+from experiments.rollout.scenarios import Grounds
+from experiments.runs.champions import Champions
+from experiments.runs.folder import write_atomically
+from experiments.runs.tensorboard import Tracker
+from physics import Simulator
+from physics.scene.clock import steps_in
+
+__all__ = ["Recording", "describe", "observe", "show", "times_of", "write"]
+
+LAYERS = ("hidden", "output")
+_TIMES = (1 / 60, 1 / 4, 1.0)  # of a life: 1, 15 and 60 s of the paper's
+_LAST = 10.0  # [s] that are kept step by step
+_SECOND = 60  # control steps: over so many the changes of weights are averaged
+_BINS = 40  # of the histograms of activations, from -1 to 1
+
+
+@dataclass(frozen=True)
+class Recording:
+    """The lives of K champions; T control steps, of which the last L are kept in detail.
+
+    Attributes:
+        times: at which the weights were taken [s].
+        weights: per layer, shape (K, times, out, in), float32.
+        histograms: of the activations over the whole life, shape (K, layers, 40), counts in
+            equal bins from -1 to 1; layers are the hidden and the output one.
+        activations: per layer, shape (K, L, neurons), float16.
+        areas: of the voxels over those at rest, shape (K, L, V), float16.
+        touching: whether the voxels touch the ground, shape (K, L, V), bool.
+        way: of the robot's centre [m], shape (K, T, 2), float32.
+        terms: summed sizes of the terms A, B, C, D of all changes of weights in the second that
+            ends at each of the times, shape (K, times, 4), float64.
+    """
+
+    times: list[float]
+    weights: tuple[np.ndarray, ...]
+    histograms: np.ndarray
+    activations: tuple[np.ndarray, ...]
+    areas: np.ndarray
+    touching: np.ndarray
+    way: np.ndarray
+    terms: np.ndarray
+
+    def synapses(self, run: int, k: int) -> np.ndarray:
+        """All weights of one champion at the k-th of the times, shape (n,)."""
+        return np.concatenate([layer[run, k].ravel() for layer in self.weights])
+
+    def to_npz(self) -> bytes:
+        """Content of a file for `numpy.load`, compressed: times, weights_0 and weights_1 (the
+        first layer's leave the inputs), activations_hidden and activations_output, and the rest
+        by the names that they have here."""
+        arrays: dict[str, Any] = {
+            "times": np.array(self.times),
+            "histograms": self.histograms,
+            "areas": self.areas,
+            "touching": self.touching,
+            "way": self.way,
+            "terms": self.terms,
+        }
+        arrays |= {f"weights_{k}": layer for k, layer in enumerate(self.weights)}
+        arrays |= {
+            f"activations_{name}": layer
+            for name, layer in zip(LAYERS, self.activations, strict=True)
+        }
+        content = io.BytesIO()
+        np.savez_compressed(content, **arrays)
+        return content.getvalue()
+
+
+def times_of(duration: float) -> list[float]:
+    """When weights are looked at [s]: at 1/60, at a quarter and at the end of a life."""
+    return [share * duration for share in _TIMES]
+
+
+def write(folder: Path, seed: int = 0) -> Path:
+    """Observe the champions of a run and write both files into its folder.
+
+    Args:
+        folder: of the run.
+        seed: decides noise, damage and the weights at birth.
+
+    Returns:
+        The file inner_life.json, written last.
+
+    Raises:
+        ValueError: the run cannot be read, or its controllers are static.
+    """
+    champions = plastic_champions(folder)
+    config = champions.config
+    school, _ = school_and_exam(config, 1, seed)
+    recording = observe(config, champions.genomes, school)
+    summary = {
+        "terrain": school.names[0],
+        "damage": config.damage,
+        "duration": config.duration,
+        "runs": describe(recording),
+    }
+    write_atomically(folder / "inner_life.npz", recording.to_npz())
+    path = folder / "inner_life.json"
+    write_atomically(path, (json.dumps(summary, indent=1, allow_nan=False) + "\n").encode())
+    return path
+
+
+def show(champions: Champions, tracker: Tracker) -> None:
+    """Show in TensorBoard how plastic champions' weights change in the life that `write` records.
+
+    Args:
+        champions: of an evolution.
+        tracker: of the same.
+    """
+    school, _ = school_and_exam(champions.config, 1, seed=0)
+    recording = observe(champions.config, champions.genomes, school)
+    for run in range(len(champions.genomes)):
+        for k, time in enumerate(recording.times):
+            shares = measures.term_shares(recording.terms[run, k])
+            tracker.show_weights(run, time, recording.synapses(run, k), shares)
+
+
+@torch.no_grad()
+def observe(config: EvolveConfig, genomes: Tensor, school: Grounds) -> Recording:
+    """Let plastic individuals live, and record their weights, neurons and bodies.
+
+    Args:
+        config: of their evolution.
+        genomes: shape (K, G).
+        school: the one ground on which all of them live.
+    """
+    n = len(genomes)
+    networks = controller.build(config, n)
+    assert isinstance(networks, hebbtorch.HebbianMLP)
+    networks.set_genomes(genomes)
+    grounds = school * n
+    sim = world(config, grounds.terrains(), grounds.worlds)
+    state = controller.birth(networks, config.init, grounds.births)
+    brain = fused.pack(sim, networks, state)
+    recorder = _Recorder(networks, config.duration)
+    sim.reset()
+    for _ in range(recorder.n_steps):
+        brain.run(sim, 1)
+        recorder.add(sim, brain)
+    return recorder.recording()
+
+
+class _Recorder:
+    """Takes down K lives step by step; see `Recording`."""
+
+    def __init__(self, networks: hebbtorch.HebbianMLP, duration: float) -> None:
+        self.n_steps = steps_in(duration)
+        self._times = times_of(duration)
+        self._ends = [max(1, steps_in(time)) for time in self._times]
+        self._first_kept = max(1, self.n_steps - steps_in(_LAST) + 1)
+        self._step = 0
+        self._changes = [TermSizes(networks) for _ in self._times]
+        self._weights: list[tuple[Tensor, ...]] = []
+        self._histograms = np.zeros((*networks.population, len(LAYERS), _BINS), dtype=np.int64)
+        self._neurons: list[tuple[Tensor, ...]] = []
+        self._areas: list[Tensor] = []
+        self._touching: list[Tensor] = []
+        self._way: list[Tensor] = []
+
+    def add(self, sim: Simulator, brain: fused.Brain) -> None:
+        """What there is to see after one more control step."""
+        self._step += 1
+        activations = brain.activations()
+        neurons = activations[1:]
+        self._way.append(sim.center_of_mass())
+        for layer, values in enumerate(neurons):
+            _count(self._histograms[:, layer], values.cpu().numpy())
+        for end, change in zip(self._ends, self._changes, strict=True):
+            if end - _SECOND < self._step <= end:
+                change.add(activations)
+            if end == self._step:
+                self._weights.append(brain.state().weights)
+        if self._step >= self._first_kept:
+            self._neurons.append(neurons)
+            self._areas.append(sim.area_ratios())
+            self._touching.append(sim.touching())
+
+    def recording(self) -> Recording:
+        """All of it."""
+        return Recording(
+            times=self._times,
+            weights=tuple(_stack(layer) for layer in zip(*self._weights, strict=True)),
+            histograms=self._histograms,
+            activations=tuple(
+                _stack(layer).astype(np.float16) for layer in zip(*self._neurons, strict=True)
+            ),
+            areas=_stack(self._areas).astype(np.float16),
+            touching=_stack(self._touching),
+            way=_stack(self._way).astype(np.float32),
+            terms=_stack([change.total() for change in self._changes]),
+        )
+
+
+def describe(recording: Recording) -> list[dict[str, Any]]:
+    """The measures of each of the K lives, ready for JSON; see `dynamics` for what they are."""
+    runs = []
+    for run in range(len(recording.way)):
+        at_times = [
+            {
+                "second": time,
+                **measures.weight_measures(recording.synapses(run, k)),
+                "terms": measures.term_shares(recording.terms[run, k]),
+            }
+            for k, time in enumerate(recording.times)
+        ]
+        layers = {
+            name: measures.activation_measures(values[run])
+            for name, values in zip(LAYERS, recording.activations, strict=True)
+        }
+        runs.append(
+            {
+                "run": run,
+                "weights": at_times,
+                "layers": layers,
+                "gait_period": measures.period_of(recording.areas[run]),
+                "gait_regularity": measures.regularity_of(recording.areas[run]),
+            }
+        )
+    return runs
+
+
+def _stack(moments: Sequence[Tensor]) -> np.ndarray:
+    """Values (K, ...) of several moments as (K, moments, ...)."""
+    return torch.stack(tuple(moments), 1).cpu().numpy()
+
+
+def _count(histograms: np.ndarray, values: np.ndarray) -> None:
+    """Add values (K, neurons) to the counts (K, bins)."""
+    bins = np.clip(((np.nan_to_num(values) + 1) / 2 * _BINS).astype(int), 0, _BINS - 1)
+    for counts, own in zip(histograms, bins, strict=True):
+        counts += np.bincount(own, minlength=_BINS)

@@ -1,0 +1,70 @@
+"""What is measured of a finished run, each by a function of its folder that writes one file there.
+
+A file that is there already is left as it is. All follow from the run and fixed seeds, and the
+conditions are those of its evolution, unless it is their purpose to vary them.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from experiments.analysis import pruning
+from experiments.analysis import recording as inner
+from experiments.analysis import validation_matrix as validation
+from experiments.analysis.freezing import freeze, plastic_champions
+from experiments.analysis.unseen import assess, default_file
+from experiments.runs.champions import Champions
+
+__all__ = ["frozen", "inner_life", "matrix", "pruned", "unseen_terrains"]
+
+_TERRAINS = 10  # as in the paper, Sec. IV-A
+
+
+def unseen_terrains(run_folder: Path) -> Path:
+    """Champions on 10 terrains that evolution never met: evaluation-TERRAIN-DAMAGE.csv.
+
+    Raises:
+        ValueError: the run cannot be read.
+    """
+    out = run_folder / default_file(Champions.load(run_folder).config)
+    return out if out.exists() else assess(run_folder, _TERRAINS).write(out)
+
+
+def frozen(run_folder: Path) -> Path:
+    """Champions with weights frozen at each second of a life: freeze.csv.
+
+    Raises:
+        ValueError: the run cannot be read, or its controllers are static.
+    """
+    out = run_folder / "freeze.csv"
+    return out if out.exists() else freeze(plastic_champions(run_folder)).write(out)
+
+
+def inner_life(run_folder: Path) -> Path:
+    """Weights, neurons and gaits of champions: inner_life.json, with inner_life.npz beside it.
+
+    Raises:
+        ValueError: the run cannot be read, or its controllers are static.
+    """
+    out = run_folder / "inner_life.json"
+    return out if out.exists() else inner.write(run_folder)
+
+
+def pruned(run_folder: Path) -> Path:
+    """Champions with pruned synapses: pruned.csv.
+
+    Raises:
+        ValueError: the run cannot be read, or its controllers are static.
+    """
+    out = run_folder / "pruned.csv"
+    return out if out.exists() else pruning.prune(plastic_champions(run_folder)).write(out)
+
+
+def matrix(run_folder: Path) -> Path:
+    """Champions on all kinds of ground, whole and damaged: matrix.csv.
+
+    Raises:
+        ValueError: the run cannot be read.
+    """
+    out = run_folder / "matrix.csv"
+    return out if out.exists() else validation.validate(Champions.load(run_folder)).write(out)

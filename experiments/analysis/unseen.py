@@ -1,0 +1,185 @@
+"""Re-assessment of finished individuals on terrains that their evolution never met (Sec. IV-A)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+from torch import Tensor
+
+from experiments.config import EvolveConfig
+from experiments.files.csvfile import write_csv
+from experiments.rollout import controller, seeds
+from experiments.rollout.evaluate import lives
+from experiments.rollout.scenarios import Grounds
+from experiments.runs.champions import Champions
+
+__all__ = [
+    "Assessment",
+    "assess",
+    "default_file",
+    "reassess",
+    "report",
+    "speeds_on",
+    "writable",
+]
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """Speeds of the champions of a run on unseen terrains.
+
+    Attributes:
+        champions: of the run.
+        config: the conditions that they met.
+        grounds: S of them.
+        speeds: [m/s], shape (runs, S), float64, NaN where the life failed.
+    """
+
+    champions: Champions
+    config: EvolveConfig
+    grounds: Grounds
+    speeds: Tensor
+
+    def write(self, out: Path) -> Path:
+        """Write the CSV file: run, terrain, damage, speed [m/s]."""
+        rows = [
+            (run, name, self.config.damage, speed)
+            for run, own in enumerate(self.speeds.tolist())
+            for name, speed in zip(self.grounds.names, own, strict=True)
+        ]
+        return write_csv(out, ("run", "terrain", "damage", "speed"), rows)
+
+
+def speeds_on(config: EvolveConfig, genomes: Tensor, grounds: Grounds) -> Tensor:
+    """Speeds of individuals, each on each of several grounds.
+
+    Args:
+        config: of their evolution, or with another `damage`.
+        genomes: shape (K, G).
+        grounds: S of them.
+
+    Returns:
+        Speeds [m/s], shape (K, S), float64, NaN where the life failed. All K individuals meet
+        the same terrains, noise and damage.
+    """
+    n_individuals, n_grounds = len(genomes), len(grounds)
+    networks = controller.build(config, n_individuals * n_grounds)
+    networks.set_genomes(genomes.repeat_interleave(n_grounds, 0))
+    all_grounds = grounds * n_individuals
+    life = lives(config, networks, all_grounds.terrains(), all_grounds.worlds, all_grounds.births)
+    return life.speed.cpu().reshape(n_individuals, n_grounds)
+
+
+def reassess(
+    config: EvolveConfig, genomes: Tensor, terrain_seeds: Sequence[int], seed: int = 0
+) -> Tensor:
+    """Speeds of individuals, each on each of several terrains of one kind.
+
+    Args:
+        config: of their evolution, or with another `terrain` or `damage`.
+        genomes: shape (K, G).
+        terrain_seeds: as in `Grounds.unseen`.
+        seed: as in `Grounds.unseen`.
+
+    Returns:
+        As `speeds_on`.
+    """
+    return speeds_on(config, genomes, Grounds.unseen(config.terrain, terrain_seeds, seed))
+
+
+def assess(
+    folder: Path,
+    n_terrains: int,
+    terrain: str | None = None,
+    damage: Literal["none", "half"] | None = None,
+    seed: int = 0,
+) -> Assessment:
+    """Re-assess the champions of a run; nothing is written.
+
+    Args:
+        folder: of the run.
+        n_terrains: number of unseen terrains.
+        terrain: kind of terrain; None for the run's.
+        damage: "none" or "half"; None for the run's.
+        seed: decides noise, damage and the weights at birth.
+
+    Raises:
+        ValueError: an option is wrong, or the run cannot be read.
+    """
+    champions = Champions.load(folder)
+    config = replace(
+        champions.config,
+        terrain=champions.config.terrain if terrain is None else terrain,
+        damage=champions.config.damage if damage is None else damage,
+    )
+    config.validate()
+    grounds = Grounds.unseen(config.terrain, seeds.unseen_terrain_seeds(n_terrains), seed)
+    return Assessment(champions, config, grounds, speeds_on(config, champions.genomes, grounds))
+
+
+def report(
+    folder: Path,
+    n_terrains: int,
+    terrain: str | None,
+    damage: Literal["none", "half"] | None,
+    seed: int,
+    out: Path | None,
+) -> None:
+    """Re-assess the champions of a run, print a summary and write every speed to a CSV file.
+
+    Args:
+        folder: as in `assess`, like the next four.
+        n_terrains: number of unseen terrains.
+        terrain: kind of terrain.
+        damage: "none" or "half".
+        seed: decides noise, damage and the weights at birth.
+        out: the CSV file, with columns run, terrain, damage, speed [m/s]; by default one in the
+            run's folder, named after the conditions.
+
+    Raises:
+        ValueError: an option is wrong, or the run cannot be read; nothing was written then.
+    """
+    writable(out)
+    assessment = assess(folder, n_terrains, terrain, damage, seed)
+    config, speeds = assessment.config, assessment.speeds
+    out = out or folder / default_file(config, n_terrains, seed)
+    assessment.write(out)
+    print(f"{config.terrain}, damage {config.damage}, {n_terrains} terrain(s), speeds in m/s:")
+    for run, own in enumerate(speeds):
+        low, middle, high = own.nanquantile(own.new_tensor([0.25, 0.5, 0.75])).tolist()
+        evolved = assessment.champions.fitness[run].item()
+        print(
+            f"champion of run {run}: median {middle:.2f}, quartiles {low:.2f} to {high:.2f}, "
+            f"{int(own.isnan().sum())} failed (in evolution {evolved:.2f})"
+        )
+    print(f"wrote {out}")
+
+
+def default_file(config: EvolveConfig, n_terrains: int = 10, seed: int = 0) -> str:
+    """Name of the CSV file, after the conditions, and after what is not as campaigns have it."""
+    return f"evaluation-{config.terrain}-{config.damage}{variant(n_terrains, 10, seed)}.csv"
+
+
+def variant(n_terrains: int, usual: int, seed: int) -> str:
+    """What the name of a file adds for other terrains than usual: they are another result."""
+    return "" if (n_terrains, seed) == (usual, 0) else f"-{n_terrains}-seed{seed}"
+
+
+def writable(out: Path | None) -> None:
+    """Check, before anything is computed, that a file can be put where it is asked for.
+
+    Raises:
+        ValueError: its folder does not exist, or something other than a table is there.
+    """
+    if out is None:
+        return
+    if not out.parent.is_dir():
+        raise ValueError(f"out: expected a file in an existing folder, got {str(out)!r}; create it")
+    if out.is_dir() or (out.exists() and out.suffix != ".csv"):
+        raise ValueError(
+            f"out: expected a new file or a CSV file, which is replaced, got {str(out)!r}; "
+            "choose another name"
+        )

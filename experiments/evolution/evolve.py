@@ -1,0 +1,209 @@
+"""Evolution from the first generation to the film of the champion, resumable at any moment."""
+
+from __future__ import annotations
+
+import time
+from contextlib import ExitStack
+from pathlib import Path
+
+from torch import Tensor
+
+import hebbtorch
+from experiments.analysis import film, recording
+from experiments.config import EvolveConfig
+from experiments.evolution.metrics import measure
+from experiments.evolution.progress import ProgressDisplay
+from experiments.rollout.episode import Life
+from experiments.rollout.evaluate import Evaluator
+from experiments.runs.champions import Champions
+from experiments.runs.folder import Checkpoint, RunStore
+from experiments.runs.history import Row
+from experiments.runs.tensorboard import Tracker
+
+__all__ = ["Evolution", "Session", "evolve", "resume"]
+
+
+def evolve(config: EvolveConfig, folder: Path) -> None:
+    """Run an evolution and leave everything in a new folder.
+
+    Args:
+        config: the options.
+        folder: must not exist yet, or be empty.
+
+    Raises:
+        ValueError: an option is wrong, or the folder cannot be used; nothing was written then.
+        KeyboardInterrupt: it was stopped; `resume` goes on with it.
+    """
+    with Session.create(config, folder) as session:
+        _run(session)
+
+
+def resume(folder: Path) -> None:
+    """Go on with an evolution exactly as if it had not been stopped.
+
+    Args:
+        folder: of the run.
+
+    Raises:
+        ValueError: the folder cannot be used; nothing was changed then.
+        KeyboardInterrupt: it was stopped again.
+    """
+    with Session.resume(folder) as session:
+        _run(session)
+
+
+class Evolution:
+    """The strategy and the evaluation of one evolution."""
+
+    def __init__(self, config: EvolveConfig) -> None:
+        self.config = config
+        self.evaluator = Evaluator(config)
+        self.strategy = hebbtorch.EvolutionStrategy(
+            self.evaluator.n_genes,
+            population=config.population,
+            sigma=config.sigma,
+            runs=config.runs,
+            seed=config.seed,
+        )
+
+
+class Session:
+    """An evolution at work in its folder, RUN. Use :meth:`create` or :meth:`resume`.
+
+    Attributes:
+        folder: RUN.
+        config: the options.
+        generation: generations done.
+        tracker: the TensorBoard files.
+    """
+
+    def __init__(self, evolution: Evolution, store: RunStore, start: Checkpoint) -> None:
+        self.folder = store.folder
+        self.config = evolution.config
+        self.generation = start.generation
+        self._evolution = evolution
+        self._store = store
+        self._history = start.history
+        with ExitStack() as resources:
+            resources.enter_context(store)
+            self.tracker = resources.enter_context(
+                Tracker(store.folder, evolution.config, start.generation + 1)
+            )
+            self._resources = resources.pop_all()
+        self._started = time.perf_counter() - start.history.seconds
+
+    @classmethod
+    def create(cls, config: EvolveConfig, folder: Path) -> Session:
+        """Begin an evolution in a new folder.
+
+        Raises:
+            ValueError: an option is wrong, or the folder cannot be used; nothing was written then.
+        """
+        config.validate()
+        evolution = Evolution(config)
+        start = Checkpoint(generation=0, strategy=evolution.strategy.state_dict())
+        return cls(evolution, RunStore.create(folder, config, start), start)
+
+    @classmethod
+    def resume(cls, folder: Path) -> Session:
+        """Take up an evolution where it stood.
+
+        Raises:
+            ValueError: the folder cannot be used; nothing was changed then.
+        """
+        store, checkpoint = RunStore.resume(folder)
+        with ExitStack() as undo:
+            undo.enter_context(store)
+            evolution = Evolution(store.config)
+            evolution.strategy.load_state_dict(checkpoint.strategy)
+            undo.pop_all()
+        return cls(evolution, store, checkpoint)
+
+    @property
+    def evolved(self) -> bool:
+        """Whether all generations are done."""
+        return self.generation >= self.config.generations
+
+    def step(self) -> tuple[list[Row], float]:
+        """One generation.
+
+        Returns:
+            Its rows, one for each run, and evaluations per second.
+        """
+        config, strategy = self.config, self._evolution.strategy
+        generation, began = self.generation + 1, time.perf_counter()
+        genomes = strategy.ask()
+        life = self._evolution.evaluator(self._by_run(genomes), generation)
+        fitness = self._by_run(life.speed.cpu()).squeeze(-1)
+        strategy.tell(fitness.reshape(genomes.shape[:-1]))
+        self._store.require_own()
+        now = time.perf_counter()
+        rows = [
+            Row.of(run, generation, fitness[run], now - self._started) for run in range(config.runs)
+        ]
+        self._log(rows, self._by_run(genomes), life, now - began)
+        # In this order, whatever a kill leaves behind is no older than the checkpoint.
+        self._history.append(rows, self._store.history_file)
+        self._store.save(Checkpoint(generation, strategy.state_dict(), self._history))
+        self.generation = generation
+        return rows, config.runs * config.population / (now - began)
+
+    def finish(self) -> Champions:
+        """Keep the champions, once the evolution is done."""
+        strategy, runs = self._evolution.strategy, self.config.runs
+        self._store.require_own()
+        champions = Champions(
+            self.config, strategy.best.reshape(runs, -1), strategy.best_fitness.reshape(runs)
+        )
+        champions.save(self.folder)
+        return champions
+
+    def close(self) -> None:
+        """Let other processes work here."""
+        self._resources.close()
+
+    def __enter__(self) -> Session:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.close()
+
+    def _log(self, rows: list[Row], genomes: Tensor, life: Life, seconds: float) -> None:
+        failed = self._by_run(life.failed).squeeze(-1)
+        weights = [self._by_run(layer) for layer in life.state.weights]
+        metrics = [
+            measure(row, genomes[run], failed[run], [layer[run] for layer in weights], seconds)
+            for run, row in enumerate(rows)
+        ]
+        self.tracker.log(rows[0].generation, metrics)
+        self.tracker.flush()
+
+    def _by_run(self, values: Tensor) -> Tensor:
+        """Values of all individuals, (runs, population, values of each), however they came."""
+        return values.reshape(self.config.runs, self.config.population, -1)
+
+
+def _run(session: Session) -> None:
+    """Evolve to the last generation, then present the champions."""
+    try:
+        with ProgressDisplay(session.config.generations, session.generation) as progress:
+            while not session.evolved:
+                progress.show(*session.step())
+        _present(session.finish(), session)
+    except KeyboardInterrupt:
+        print(f"stopped; go on with: hebbtorch evolve --resume {session.folder}")
+        raise
+
+
+def _present(champions: Champions, session: Session) -> None:
+    folder, best = session.folder, champions.best_run
+    for run, speed in enumerate(champions.fitness.tolist()):
+        print(f"champion of run {run}: {speed:.2f} m/s")
+    pictures = film.film_run(folder, mp4=False)  # `render` makes one
+    session.tracker.show(best, session.config.generations, pictures)
+    if session.config.controller == "hebbian":
+        recording.show(champions, session.tracker)
+    print(f"wrote {folder / 'champion.safetensors'}")
+    for path in pictures:
+        print(f"wrote {path}")
+    print(f"see the curves with: tensorboard --logdir {folder}")

@@ -1,0 +1,1 @@
+"""Statistics, tables, figures and the verdicts on the paper's claims."""

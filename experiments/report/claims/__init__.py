@@ -1,0 +1,9 @@
+"""The paper's claims, judged by finished runs.
+
+verdicts (rules) -> measures (numbers of runs) -> paper (the claims) -> report
+"""
+
+from experiments.report.claims.paper import CLAIMS, Claim
+from experiments.report.claims.report import judge, report
+
+__all__ = ["CLAIMS", "Claim", "judge", "report"]

@@ -1,0 +1,198 @@
+"""Box plots of controllers side by side, for each shape (rows) and apparatus (groups)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from experiments.report import intervals, statistics, tables
+from experiments.report.figures import style
+from experiments.report.statistics import Comparison, Pair
+
+__all__ = ["Box", "compare_with", "draw"]
+
+Values = NDArray[np.float64]
+
+_FEW = 12  # up to so many values are drawn as points, too
+_WIDTH = 0.8  # of a group of boxes; groups are 1 apart
+_ROW_HEIGHT = 2.3  # [in]
+
+
+@dataclass(frozen=True)
+class Box:
+    """One box.
+
+    Attributes:
+        shape: the row.
+        sensors: the group within the row.
+        label: the controller.
+        values: one number per independent run [m/s]: what is tested.
+        pooled: what is drawn, if that is more: every terrain of every run [m/s].
+    """
+
+    shape: str
+    sensors: str
+    label: str
+    values: Values
+    pooled: Values | None = None
+
+    @property
+    def where(self) -> str:
+        """Shape and apparatus."""
+        return f"{self.shape} {self.sensors}"
+
+    @property
+    def drawn(self) -> Values:
+        """What the box shows: the lives that did not fail."""
+        values = self.values if self.pooled is None else self.pooled
+        return values[np.isfinite(values)]
+
+
+def compare_with(boxes: Sequence[Box], reference: str) -> list[Comparison]:
+    """Every controller against the one of reference, where both are there; one family."""
+    by_place = {(box.where, box.label): box for box in boxes}
+    return statistics.compare(
+        [
+            Pair(box.label, reference, box.values, other.values, box.where)
+            for box in boxes
+            if box.label != reference and (other := by_place.get((box.where, reference)))
+        ]
+    )
+
+
+def draw(
+    boxes: Sequence[Box], out: Path, name: str, reference: str, caption: str = ""
+) -> list[Path]:
+    """Draw boxes, with p above those that have a counterpart, and write the table.
+
+    Args:
+        boxes: in the order of drawing; labels in the order of their first appearance.
+        out: an existing folder.
+        name: of the files.
+        reference: the label that others are compared with.
+        caption: of the table.
+
+    Returns:
+        The files; none if there are no boxes.
+    """
+    if not boxes:
+        return []
+    comparisons = compare_with(boxes, reference)
+    shapes = list(dict.fromkeys(box.shape for box in boxes))
+    labels = list(dict.fromkeys(box.label for box in boxes))
+    n_groups = max(len({box.sensors for box in boxes if box.shape == each}) for each in shapes)
+    width = min(max(0.42 * n_groups * len(labels), 2.6), 6.6)
+    with style.sheet(out, name, (width, _ROW_HEIGHT), rows=len(shapes)) as sheet:
+        for row, shape in enumerate(shapes):
+            here = [box for box in boxes if box.shape == shape]
+            _draw_shape(sheet.panel(row), here, labels, comparisons, reference)
+        sheet.legend(
+            [
+                Patch(facecolor=look.color, edgecolor="black", hatch=look.hatch, label=label)
+                for label, look in style.looks(labels).items()
+            ]
+        )
+    return [*sheet.files, *tables.write(_rows(boxes, comparisons, reference), out, name, caption)]
+
+
+def _draw_shape(
+    axes: Axes,
+    boxes: Sequence[Box],
+    labels: Sequence[str],
+    comparisons: Sequence[Comparison],
+    reference: str,
+) -> None:
+    groups = list(dict.fromkeys(box.sensors for box in boxes))
+    slot = _WIDTH / len(labels)
+    places = {
+        (sensors, label): group + (i - (len(labels) - 1) / 2) * slot
+        for group, sensors in enumerate(groups)
+        for i, label in enumerate(labels)
+    }
+    looks = style.looks(labels)
+    for box in boxes:
+        _draw_box(axes, places[box.sensors, box.label], slot, box.drawn, looks[box.label])
+    axes.set_xticks(range(len(groups)), [f"{sensors}" for sensors in groups])
+    axes.set_xlim(-0.5, len(groups) - 0.5)
+    axes.set(ylabel=style.SPEED, xlabel="sensory apparatus")
+    if len(labels) > 2:
+        axes.set_title(boxes[0].shape, loc="left")
+        axes.set_title(f"(top: p against {reference})", loc="right", fontsize=6)
+    else:
+        axes.set_title(boxes[0].shape)
+    low, high = axes.get_ylim()
+    axes.set_ylim(min(low, 0.0), high + 0.16 * (high - min(low, 0.0)))  # room for p
+    found = {(each.where, each.first): each for each in comparisons}
+    for box in boxes:
+        if comparison := found.get((box.where, box.label)):
+            ends = (places[box.sensors, box.label], places[box.sensors, comparison.second])
+            _write_p(axes, ends, comparison.p, bracket=len(labels) == 2)
+
+
+def _draw_box(axes: Axes, x: float, slot: float, values: Values, look: style.Look) -> None:
+    if not len(values):
+        axes.text(x, 0, "failed", rotation=90, ha="center", va="bottom", fontsize=6)
+        return
+    drawn = axes.boxplot(
+        [values],
+        positions=[x],
+        widths=0.75 * slot,
+        patch_artist=True,
+        manage_ticks=False,
+        showfliers=len(values) > _FEW,
+        flierprops={"markersize": 2},
+        medianprops={"color": "black", "linewidth": 1.4},
+    )
+    for patch in drawn["boxes"]:
+        patch.set(facecolor=look.color, hatch=look.hatch, alpha=0.85)
+    if len(values) <= _FEW:
+        spread = np.linspace(-0.15, 0.15, len(values)) * slot
+        axes.plot(x + spread, values, "o", color="white", mec="black", ms=2.6, mew=0.6, zorder=3)
+
+
+def _write_p(axes: Axes, ends: tuple[float, float], p: float, *, bracket: bool) -> None:
+    """The p of a pair above it; of one of many against the reference, above the one."""
+    top = axes.get_xaxis_transform()
+    text = "p < 0.001" if p < 0.001 else f"p = {p:.2g}"
+    if bracket:
+        axes.plot(ends, (0.9, 0.9), transform=top, color="black", lw=0.7)
+    x = sum(ends) / 2 if bracket else ends[0]
+    text = text if bracket else text.replace(" ", "").replace("p=", "")
+    axes.text(x, 0.915, text, transform=top, ha="center", va="bottom", fontsize=6)
+
+
+def _rows(
+    boxes: Sequence[Box], comparisons: Sequence[Comparison], reference: str
+) -> list[dict[str, Any]]:
+    by_place = {(box.where, box.label): box for box in boxes}
+    rows = []
+    for comparison in comparisons:
+        row = tables.comparison_row(comparison)
+        pair = [by_place[comparison.where, each] for each in (comparison.first, reference)]
+        pooled = [box.pooled for box in pair if box.pooled is not None]
+        if len(pooled) == 2:
+            row["p_pooled"] = statistics.mann_whitney(*pooled).p
+        rows.append(row)
+    compared = {(row["where"], row[side]) for row in rows for side in ("first", "second")}
+    for box in boxes:
+        if (box.where, box.label) not in compared:
+            rows.append({"where": box.where, "first": box.label, **_alone(box.values)})
+    return rows
+
+
+def _alone(values: Values) -> dict[str, Any]:
+    """The columns of a box that has nothing to be compared with."""
+    middle = intervals.median(values)
+    return {
+        "n_first": len(values),
+        "median_first": middle.value,
+        "low_first": middle.low,
+        "high_first": middle.high,
+    }

@@ -1,0 +1,237 @@
+"""Finished runs, gathered by condition: what figures and claims read."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from experiments.config import EvolveConfig
+from experiments.report import intervals
+from experiments.runs.champions import Champions
+
+__all__ = ["Condition", "Table", "find_runs", "gather", "per_run", "runs_in"]
+
+Values = NDArray[np.float64]
+Table = dict[str, NDArray[Any]]
+"""Columns of a CSV file; numbers are float64, all else is text."""
+
+_CHAMPIONS = "champion.safetensors"
+_AXES = ("shape", "sensors", "controller", "damage")
+_SCALE = ("generations", "population", "duration")
+_BOOKKEEPING = ("runs", "seed", "device", "threads", "loop")
+_SENSORS = ("low", "medium", "high")
+_NAMES = {
+    ("sharing", "grouped"): "sensors",
+    ("sharing", "presynaptic"): "pre-synaptic",
+    ("sharing", "postsynaptic"): "post-synaptic",
+    ("normalize", "l2"): "normalized",
+    ("normalize", "minmax"): "min-max",
+    ("eta", "evolved"): "η evolved",
+    ("init", "uniform"): "U(-1, 1)",
+}
+
+
+@dataclass(frozen=True)
+class Condition:
+    """The finished runs of one condition, from one or several folders, in the order of seeds.
+
+    Attributes:
+        config: the options, but for those that only say which runs and how they were computed.
+        sources: folder, run within it and seed of each run.
+        fitness: of each run's champion, as evaluated in evolution [m/s], shape (runs,), NaN where
+            it failed.
+    """
+
+    config: EvolveConfig
+    sources: tuple[tuple[Path, int, int], ...]
+    fitness: Values
+
+    @property
+    def where(self) -> str:
+        """Body and apparatus, such as "biped-4x3 low"."""
+        return f"{self.config.shape} {self.config.sensors}"
+
+    @property
+    def variant(self) -> dict[str, Any]:
+        """The options that are not the paper's, but for shape, sensors, controller, damage."""
+        return _variant(self.config)
+
+    @property
+    def label(self) -> str:
+        """Of the controller: "MLP", "Hebbian", or what is special about it."""
+        return label(self.config)
+
+    def table(self, name: str) -> Table | None:
+        """A CSV file of the condition's folders, with column `run` counting this object's runs.
+
+        Returns:
+            None if no folder has such a file.
+        """
+        parts = []
+        for folder in dict.fromkeys(folder for folder, _, _ in self.sources):
+            if not (folder / name).is_file():
+                continue
+            part = _read(folder / name)
+            runs = {own: i for i, (home, own, _) in enumerate(self.sources) if home == folder}
+            kept = np.isin(part["run"], list(runs))
+            part = {column: values[kept] for column, values in part.items()}
+            part["run"] = np.array([runs[int(own)] for own in part["run"]], dtype=np.float64)
+            parts.append(part)
+        if not parts:
+            return None
+        return {column: np.concatenate([part[column] for part in parts]) for column in parts[0]}
+
+    def files(self, name: str) -> list[tuple[int, int, Path]]:
+        """The runs whose folder has a file `name`: run, run within the folder, the file."""
+        return [
+            (run, own, folder / name)
+            for run, (folder, own, _) in enumerate(self.sources)
+            if (folder / name).is_file()
+        ]
+
+    def curves(self, column: str = "best") -> Values:
+        """A column of history.csv [m/s], shape (runs, generations)."""
+        history = self.table("history.csv")
+        if history is None:
+            return np.empty((0, 0))
+        order = np.lexsort((history["generation"], history["run"]))
+        values: Values = history[column][order]
+        return values.reshape(len(np.unique(history["run"])), -1)
+
+
+def label(config: EvolveConfig) -> str:
+    """Name of a controller in legends and tables."""
+    names = ["MLP"] if config.controller == "mlp" else []
+    return ", ".join(names + _names(config)) or "Hebbian"
+
+
+def find_runs(roots: Iterable[Path]) -> list[Path]:
+    """All folders of finished runs at or below the roots, sorted."""
+    return sorted({path.parent for root in roots for path in root.rglob(_CHAMPIONS)})
+
+
+def gather(run_folders: Sequence[Path]) -> list[Condition]:
+    """The finished runs among folders, by condition; unfinished ones are passed over.
+
+    A run that is there twice (same condition and seed) counts once.
+
+    Returns:
+        Conditions sorted by shape, apparatus and controller.
+
+    Raises:
+        ValueError: a run cannot be read, or the runs are of different scales (generations,
+            population, duration), which cannot be compared.
+    """
+    members: dict[EvolveConfig, dict[int, tuple[Path, int, float]]] = {}
+    scales: dict[tuple[Any, ...], Path] = {}
+    for folder in run_folders:
+        if not (folder / _CHAMPIONS).is_file():
+            continue
+        champions = Champions.load(folder)
+        config = champions.config
+        scales.setdefault(tuple(getattr(config, name) for name in _SCALE), folder)
+        runs = members.setdefault(_condition(config), {})
+        for run, fitness in enumerate(champions.fitness.tolist()):
+            runs.setdefault(config.seed + run, (folder, run, fitness))
+    _require_one_scale(scales)
+    conditions = []
+    for config, runs in members.items():
+        of_runs = sorted(runs.items())
+        conditions.append(
+            Condition(
+                config=config,
+                sources=tuple((folder, run, seed) for seed, (folder, run, _) in of_runs),
+                fitness=np.array([fitness for _, (_, _, fitness) in of_runs]),
+            )
+        )
+    return sorted(conditions, key=_order)
+
+
+def runs_in(table: Table) -> NDArray[np.intp]:
+    """The runs that a table has rows of, in order."""
+    return np.unique(table["run"]).astype(np.intp)
+
+
+def per_run(table: Table, column: str = "speed") -> Values:
+    """The median of a column over each run's rows: one number per run, shape (runs,)."""
+    return np.array(
+        [intervals.middle(table[column][table["run"] == run]) for run in runs_in(table)]
+    )
+
+
+def _variant(config: EvolveConfig) -> dict[str, Any]:
+    default = EvolveConfig()
+    names = (field.name for field in dataclasses.fields(config))
+    return {
+        name: getattr(config, name)
+        for name in names
+        if name not in (*_AXES, *_SCALE, *_BOOKKEEPING)
+        and getattr(config, name) != getattr(default, name)
+    }
+
+
+def _names(config: EvolveConfig) -> list[str]:
+    names = []
+    for option, value in _variant(config).items():
+        if option == "terms":
+            left_out = "".join(term for term in EvolveConfig.terms if term not in value)
+            names.append(f"without {left_out}")
+        elif option == "eta" and value != "evolved":
+            names.append(f"η = {value}")
+        elif option in ("terrain", "sigma", "noise"):
+            names.append(f"{option} {value}")
+        else:
+            names.append(_NAMES.get((option, value), str(value)))
+    return names
+
+
+def _condition(config: EvolveConfig) -> EvolveConfig:
+    """The options without those that only say which runs and how they were computed."""
+    default = EvolveConfig()
+    return dataclasses.replace(config, **{name: getattr(default, name) for name in _BOOKKEEPING})
+
+
+def _require_one_scale(scales: dict[tuple[Any, ...], Path]) -> None:
+    if len(scales) < 2:
+        return
+    (first, one), (second, other) = list(scales.items())[:2]
+    different = [
+        f"{name} {a} and {b}" for name, a, b in zip(_SCALE, first, second, strict=True) if a != b
+    ]
+    raise ValueError(
+        f"runs: expected runs of one scale, got {', '.join(different)} in {str(one)!r} and "
+        f"{str(other)!r}; name folders that belong together"
+    )
+
+
+def _order(condition: Condition) -> tuple[Any, ...]:
+    config = condition.config
+    return (
+        config.shape,
+        _SENSORS.index(config.sensors),
+        config.damage,
+        config.controller,
+        len(condition.variant),
+        condition.label,
+    )
+
+
+def _read(path: Path) -> Table:
+    with path.open(newline="", encoding="utf-8") as file:
+        header, *rows = csv.reader(file)
+    columns: Sequence[Sequence[str]] = list(zip(*rows, strict=True)) or [()] * len(header)
+    return {name: _numbers(column) for name, column in zip(header, columns, strict=True)}
+
+
+def _numbers(column: Sequence[str]) -> NDArray[Any]:
+    try:
+        return np.array(column, dtype=np.float64)
+    except ValueError:
+        return np.array(column, dtype=np.str_)

@@ -1,0 +1,58 @@
+"""`hebbtorch figures`: all figures that finished runs allow, and the report on the claims."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from experiments.report import claims, intervals
+from experiments.report.figures import FIGURES
+from experiments.report.figures.conditions import find_runs, gather
+from experiments.studies.registry import STUDIES
+
+__all__ = ["draw_all"]
+
+
+def draw_all(roots: Sequence[Path], out: Path | None, seed: int) -> None:
+    """Draw every figure, write its table and the report, and tell which files were written.
+
+    Args:
+        roots: folders with finished runs at or below them.
+        out: folder for the files, created if need be; by default `figures` in the first root.
+        seed: of the bootstrap intervals.
+
+    Raises:
+        ValueError: there is no finished run, one cannot be read, or they are of different scales;
+            nothing was written then.
+    """
+    if not roots:
+        raise ValueError("root: expected a folder with finished runs, got none; name it")
+    if missing := [root for root in roots if not root.is_dir()]:
+        raise ValueError(f"root: expected an existing folder, got {str(missing[0])!r}")
+    found = find_runs(roots)
+    if not found:
+        raise ValueError(
+            f"root: expected finished runs at or below {', '.join(map(repr, map(str, roots)))}, "
+            f"found none; `hebbtorch campaign paper --out {roots[0]}` makes them"
+        )
+    gather(found)  # so that what is wrong with them is told before anything is written
+    out = out or roots[0] / "figures"
+    out.mkdir(parents=True, exist_ok=True)
+    undrawn = []
+    with intervals.resampling_with(seed):
+        for name, figure in FIGURES.items():
+            files = figure(found, out)
+            for path in files:
+                print(f"wrote {path}")
+            if not files:
+                undrawn.append(name)
+    print(f"wrote {claims.report(found, out)}")
+    for name in undrawn:
+        print(
+            f"not drawn: {name}; `hebbtorch campaign {_study_of(name)} --out ROOT` makes what it "
+            "needs"
+        )
+
+
+def _study_of(figure: str) -> str:
+    return next(study.name for study in STUDIES.values() if figure in study.figures)

@@ -1,0 +1,1 @@
+"""One episode, from options and genomes to what is measured of it."""

@@ -1,0 +1,286 @@
+"""The folder of an evolution, RUN: nothing in it is ever half written or overwritten unasked.
+
+- config.json: the options.
+- checkpoint.pt: all it takes to go on exactly, replaced after every generation.
+- history.csv: fitness, one row per run and generation.
+- champion.safetensors: the best genome of each run, once the evolution is finished.
+- events.out.tfevents.*: TensorBoard; in run-0/, run-1/ ... and over-runs/ for several runs.
+- lock: held by the process that writes here.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import io
+import os
+import secrets
+import shutil
+import zipfile
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO, Any
+
+import torch
+
+from experiments.config import EvolveConfig
+from experiments.runs.history import History
+
+__all__ = [
+    "Checkpoint",
+    "RunStore",
+    "lock_folder",
+    "make_room",
+    "read_checkpoint",
+    "read_config",
+    "write_atomically",
+]
+
+_CONFIG, _CHECKPOINT, _LOCK = "config.json", "checkpoint.pt", "lock"
+_FORMAT = 1  # of checkpoint.pt
+
+
+@dataclass
+class Checkpoint:
+    """All it takes to go on exactly.
+
+    Attributes:
+        generation: generations done.
+        strategy: state of the evolution strategy, plain tensors and numbers.
+        history: the rows of the generations done.
+    """
+
+    generation: int
+    strategy: dict[str, Any]
+    history: History = field(default_factory=History)
+
+
+class RunStore:
+    """A run's folder, locked for this process. Use :meth:`create` or :meth:`resume`."""
+
+    def __init__(self, folder: Path, config: EvolveConfig, lock: IO[str]) -> None:
+        self.folder = folder
+        self.config = config
+        self._lock = lock
+
+    @property
+    def history_file(self) -> Path:
+        """Where history.csv is."""
+        return self.folder / "history.csv"
+
+    @classmethod
+    def create(cls, folder: Path, config: EvolveConfig, start: Checkpoint) -> RunStore:
+        """Create a run's folder, complete from its first instant on.
+
+        Args:
+            folder: must not exist yet, or be empty.
+            config: the options, already validated.
+            start: the state before the first generation.
+
+        Raises:
+            ValueError: the folder is not empty, or cannot be written.
+        """
+        with _readable_errors(folder):
+            _refuse_occupied(folder)
+            draft = folder.with_name(f".{folder.name}.{secrets.token_hex(4)}")
+            draft.mkdir(parents=True)
+            with ExitStack() as undo:
+                undo.callback(shutil.rmtree, draft, ignore_errors=True)
+                store = cls(draft, config, undo.enter_context(lock_folder(draft)))
+                (draft / _CONFIG).write_text(config.to_json(), encoding="utf-8")
+                store.save(start)
+                start.history.write(store.history_file)
+                os.rename(draft, folder)  # fails if something came between
+                undo.pop_all()
+            store.folder = folder
+            return store
+
+    @classmethod
+    def resume(cls, folder: Path) -> tuple[RunStore, Checkpoint]:
+        """Open a run's folder to go on, and read where it stood.
+
+        Files that run ahead of the checkpoint are cut back to it, once it is found good.
+
+        Raises:
+            ValueError: it is not a run's folder, another process works there, its checkpoint is
+                damaged, or its options were changed.
+        """
+        config = read_config(folder)
+        with _readable_errors(folder):
+            with ExitStack() as undo:
+                store = cls(folder, config, undo.enter_context(lock_folder(folder)))
+                checkpoint = read_checkpoint(folder, config)
+                checkpoint.history.write(store.history_file)
+                undo.pop_all()
+            return store, checkpoint
+
+    def save(self, checkpoint: Checkpoint) -> None:
+        """Replace the checkpoint; whatever happens meanwhile, the old or the new one is there.
+
+        Raises:
+            ValueError: it cannot be written.
+        """
+        content = {
+            "format": _FORMAT,
+            "config": self.config.to_json(),
+            "generation": checkpoint.generation,
+            "strategy": checkpoint.strategy,
+            "history": checkpoint.history.to_tensor(),
+        }
+        buffer = io.BytesIO()
+        torch.save(content, buffer)
+        self.require_own()
+        with _readable_errors(self.folder):
+            write_atomically(self.folder / _CHECKPOINT, buffer.getvalue())
+
+    def require_own(self) -> None:
+        """See that the folder is still the one that this process has locked.
+
+        Raises:
+            ValueError: it was moved or deleted; another run may be in its place.
+        """
+        lock = self.folder / _LOCK
+        held = os.fstat(self._lock.fileno())
+        if not (lock.exists() and os.path.samestat(held, lock.stat())):
+            raise ValueError(
+                f"run: expected {str(self.folder)!r} as this run made it, got another folder or "
+                "none; it was moved or deleted meanwhile, and nothing more is written there"
+            )
+
+    def close(self) -> None:
+        """Let other processes work here."""
+        self._lock.close()
+
+    def __enter__(self) -> RunStore:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.close()
+
+
+def read_config(folder: Path) -> EvolveConfig:
+    """The options of a run.
+
+    Raises:
+        ValueError: the folder is not a run's, or its options cannot be read.
+    """
+    path = folder / _CONFIG
+    if not path.is_file():
+        raise ValueError(
+            f"run: expected the folder of a run, got {str(folder)!r} without {_CONFIG}; "
+            "name a folder that `hebbtorch evolve` wrote"
+        )
+    try:
+        config = EvolveConfig.from_json(path.read_text(encoding="utf-8"))
+        config.validate()
+    except (ValueError, OSError) as error:
+        raise ValueError(f"run: cannot use {str(path)!r}: {error}") from error
+    return config
+
+
+def make_room(file: Path | None, folder: Path | None) -> None:
+    """Make the folders that results will be written into, before minutes are spent on them.
+
+    Args:
+        file: of the option --json, if asked for.
+        folder: of the option --out, if asked for.
+
+    Raises:
+        ValueError: the file is a folder, or the folder a file.
+    """
+    if file is not None and file.is_dir():
+        raise ValueError(f"json: expected a file to write, got the folder {file}")
+    if folder is not None and folder.exists() and not folder.is_dir():
+        raise ValueError(f"out: expected a folder, got the file {folder}")
+    for each in (folder, file and file.parent):
+        if each is not None:
+            each.mkdir(parents=True, exist_ok=True)
+
+
+def write_atomically(path: Path, content: bytes) -> None:
+    """Replace a file by new content; it is never seen half written, not even after a crash."""
+    temporary = path.with_name(path.name + ".tmp")
+    with temporary.open("wb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
+    os.replace(temporary, path)
+
+
+def read_checkpoint(folder: Path, config: EvolveConfig) -> Checkpoint:
+    """Where a run stands, without touching it.
+
+    Args:
+        folder: of the run.
+        config: its options.
+
+    Raises:
+        ValueError: the checkpoint is damaged, or of another run.
+    """
+    path = folder / _CHECKPOINT
+    try:
+        # torch.load does not look at the checksums.
+        with zipfile.ZipFile(path) as archive:
+            if damaged := archive.testzip():
+                raise ValueError(f"wrong checksum in {damaged}")
+        content = torch.load(path, weights_only=True)
+        if content["format"] != _FORMAT:
+            raise ValueError(f"format {content['format']}, expected {_FORMAT}")
+        saved_config = EvolveConfig.from_json(content["config"])
+        checkpoint = Checkpoint(
+            generation=content["generation"],
+            strategy=content["strategy"],
+            history=History.from_tensor(content["history"]),
+        )
+    except Exception as error:  # whatever a damaged file makes the readers raise
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise ValueError(
+            f"resume: cannot read {str(path)!r} ({reason}); nothing was changed: put back a copy "
+            "of it, or start again with another --out"
+        ) from error
+    if saved_config != config:
+        raise ValueError(
+            f"resume: {_CONFIG} in {str(path.parent)!r} is not the one this run started with; "
+            "undo the change, or start again with another --out"
+        )
+    return checkpoint
+
+
+def _refuse_occupied(folder: Path) -> None:
+    if folder.is_dir():
+        if any(folder.iterdir()):
+            raise ValueError(
+                f"out: expected a new or empty folder, got {str(folder)!r}, which is not empty; "
+                f"go on with it by --resume {folder}, or choose another --out"
+            )
+    elif folder.exists():
+        raise ValueError(f"out: expected a folder, got the file {str(folder)!r}; choose another")
+
+
+def lock_folder(folder: Path) -> IO[str]:
+    """Lock a folder for as long as the file returned is open in this process.
+
+    Raises:
+        ValueError: another process has locked it.
+    """
+    file = (folder / _LOCK).open("a")
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        file.close()
+        raise ValueError(
+            f"run: another process is working in {str(folder)!r}; wait until it has finished"
+        ) from None
+    return file
+
+
+@contextmanager
+def _readable_errors(folder: Path) -> Iterator[None]:
+    """Turn what the operating system objects to into one clear line."""
+    try:
+        yield
+    except OSError as error:
+        raise ValueError(
+            f"out: cannot write {str(folder)!r} ({error.strerror}); choose another --out"
+        ) from error

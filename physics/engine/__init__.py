@@ -1,0 +1,1 @@
+"""How one step is computed: the kernels and their stages."""

@@ -1,0 +1,158 @@
+"""Springs: soft constraints along the line between two anchors (REFERENCE: spring).
+
+The textbook quantities K (inverse effective mass), gamma (softness) and m = 1 / (K + gamma)
+are folded into one scale: with gamma = g K for a constant g, direction, arms, bias and impulse
+are stored multiplied or divided by sqrt(m), and one iteration reads
+
+    lambda = -g / (1 + g) acc - bias - J v,    acc += lambda,    v += J^T lambda
+
+where J = (n, arm1, -n, -arm2).
+"""
+
+import math
+
+from physics.backend import ti
+from physics.engine.memory import layout as lay
+from physics.engine.memory.model import (
+    F_SPRING_ROW,
+    F_SPRINGS,
+    FS_GROW,
+    FS_REST,
+    FS_SHRINK,
+    FS_X1,
+    FS_X2,
+    FS_Y1,
+    FS_Y2,
+    I_SPRING_ROW,
+    I_SPRINGS,
+)
+from physics.scene import material
+
+_OMEGA = 2 * math.pi * material.SPRING_FREQUENCY
+_STIFFNESS = _OMEGA**2 * material.DT  # k dt over the effective mass
+_DAMPER = 2 * material.SPRING_DAMPING_RATIO * _OMEGA  # d over the effective mass
+SOFTNESS = 1 / (material.DT * (_DAMPER + _STIFFNESS))  # gamma = SOFTNESS * K
+BIAS = _STIFFNESS / (_DAMPER + _STIFFNESS) / material.DT  # bias = BIAS * (l - L)
+_COUNT = len(material.SPRINGS)
+_RELAX = SOFTNESS / (1 + SOFTNESS)
+
+
+@ti.func
+def prepare(
+    S: ti.template(), g, m: ti.template(), mi: ti.template(), mf: ti.template(), T: ti.template()
+):
+    """Directions, arms and biases for this step; applies the impulses of the last one."""
+    for v in range(m.voxels):
+        block = v * lay.VOXEL_ITEMS
+        for k in range(_COUNT):
+            row = F_SPRINGS + F_SPRING_ROW * k
+            b1 = block + mi[I_SPRINGS + I_SPRING_ROW * k]
+            b2 = block + mi[I_SPRINGS + I_SPRING_ROW * k + 1]
+            o = block + lay.SPRINGS + lay.SPRING_ITEMS * k
+            c1, s1 = S[g, b1 + lay.COS], S[g, b1 + lay.SIN]
+            c2, s2 = S[g, b2 + lay.COS], S[g, b2 + lay.SIN]
+            r1x = c1 * mf[row + FS_X1] - s1 * mf[row + FS_Y1]
+            r1y = s1 * mf[row + FS_X1] + c1 * mf[row + FS_Y1]
+            r2x = c2 * mf[row + FS_X2] - s2 * mf[row + FS_Y2]
+            r2y = s2 * mf[row + FS_X2] + c2 * mf[row + FS_Y2]
+            dx = (S[g, b1 + lay.X] - S[g, b2 + lay.X]) + (r1x - r2x)
+            dy = (S[g, b1 + lay.Y] - S[g, b2 + lay.Y]) + (r1y - r2y)
+            cross1 = (r1x * dy - r1y * dx) * T.f(1 / lay.GYRATION)
+            cross2 = (r2x * dy - r2y * dx) * T.f(1 / lay.GYRATION)
+            squared = dx * dx + dy * dy
+            length = ti.sqrt(squared)
+            # m = 1 / (K + gamma) = l^2 / q, with K in units of a square's inverse mass. All
+            # quotients follow from one division: scale = sqrt(m), and scale / l.
+            q = T.f(1 + SOFTNESS) * (T.f(2.0) * squared + cross1 * cross1 + cross2 * cross2)
+            inverse = T.f(1.0) / (ti.sqrt(q) * length)
+            scale = squared * inverse
+            per_length = length * inverse
+            nx = dx * per_length
+            ny = dy * per_length
+            arm1 = cross1 * per_length
+            arm2 = cross2 * per_length
+            actuation = S[g, block + lay.ACTUATION]
+            slope = ti.select(
+                actuation >= T.f(0.0), T.vec(mf[row + FS_SHRINK]), T.vec(mf[row + FS_GROW])
+            )
+            rest = mf[row + FS_REST] - slope * actuation
+            impulse = S[g, o + lay.SP_IMPULSE] * S[g, o + lay.SP_SCALE] * (q * inverse)
+            S[g, o + lay.SP_NX] = nx
+            S[g, o + lay.SP_NY] = ny
+            S[g, o + lay.SP_ARM1] = arm1
+            S[g, o + lay.SP_ARM2] = arm2
+            S[g, o + lay.SP_BIAS] = (length - rest) * scale * T.f(BIAS)
+            S[g, o + lay.SP_IMPULSE] = impulse
+            S[g, o + lay.SP_SCALE] = scale
+            S[g, b1 + lay.VX] = S[g, b1 + lay.VX] + nx * impulse
+            S[g, b1 + lay.VY] = S[g, b1 + lay.VY] + ny * impulse
+            S[g, b1 + lay.W] = S[g, b1 + lay.W] + arm1 * impulse
+            S[g, b2 + lay.VX] = S[g, b2 + lay.VX] - nx * impulse
+            S[g, b2 + lay.VY] = S[g, b2 + lay.VY] - ny * impulse
+            S[g, b2 + lay.W] = S[g, b2 + lay.W] - arm2 * impulse
+
+
+@ti.func
+def solve_velocities(S: ti.template(), g, m: ti.template(), T: ti.template()):
+    """One iteration over all springs; the velocities of a voxel stay in registers."""
+    for v in range(m.voxels):
+        block = v * lay.VOXEL_ITEMS
+        vx = [S[g, block + k * lay.BODY_ITEMS + lay.VX] for k in range(4)]
+        vy = [S[g, block + k * lay.BODY_ITEMS + lay.VY] for k in range(4)]
+        w = [S[g, block + k * lay.BODY_ITEMS + lay.W] for k in range(4)]
+        # The sides N and S join squares (0, 1) and (2, 3), E and W squares (1, 2) and (3, 0): the
+        # second round runs the code of the first on squares renumbered by one.
+        for half in range(2):
+            for link in range(4):
+                o = block + lay.SPRINGS + (half * 4 + link) * (2 * lay.SPRING_ITEMS)
+                _solve_one(S, g, o, vx, vy, w, 0, 1, T)
+                _solve_one(S, g, o + lay.SPRING_ITEMS, vx, vy, w, 2, 3, T)
+            _renumber(vx)
+            _renumber(vy)
+            _renumber(w)
+        central = block + (lay.SPRINGS + 16 * lay.SPRING_ITEMS)
+        _solve_one(S, g, central, vx, vy, w, 2, 0, T)
+        _solve_one(S, g, central + lay.SPRING_ITEMS, vx, vy, w, 3, 1, T)
+        for k in ti.static(range(4)):
+            o = block + ((k + 2) % 4) * lay.BODY_ITEMS
+            S[g, o + lay.VX] = vx[k]
+            S[g, o + lay.VY] = vy[k]
+            S[g, o + lay.W] = w[k]
+
+
+@ti.func
+def _renumber(a: ti.template()):
+    """Square k + 1 becomes square k."""
+    first = a[0]
+    for k in ti.static(range(3)):
+        a[k] = a[k + 1]
+    a[3] = first
+
+
+@ti.func
+def _solve_one(
+    S: ti.template(),
+    g,
+    o,
+    vx: ti.template(),
+    vy: ti.template(),
+    w: ti.template(),
+    i: ti.template(),
+    j: ti.template(),
+    T: ti.template(),
+):
+    """One iteration of the spring at offset o between squares i and j."""
+    nx, ny = S[g, o + lay.SP_NX], S[g, o + lay.SP_NY]
+    arm1, arm2 = S[g, o + lay.SP_ARM1], S[g, o + lay.SP_ARM2]
+    acc = S[g, o + lay.SP_IMPULSE]
+    speed = (nx * (vx[i] - vx[j]) + ny * (vy[i] - vy[j])) + (arm1 * w[i] - arm2 * w[j])
+    change = (acc * T.f(-_RELAX) - S[g, o + lay.SP_BIAS]) - speed
+    S[g, o + lay.SP_IMPULSE] = acc + change
+    px = nx * change
+    py = ny * change
+    vx[i] += px
+    vy[i] += py
+    w[i] += arm1 * change
+    vx[j] = vx[j] - px
+    vy[j] = vy[j] - py
+    w[j] = w[j] - arm2 * change

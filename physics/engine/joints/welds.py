@@ -1,0 +1,134 @@
+"""Welds: rigid joints between squares of adjacent voxels (REFERENCE: weld).
+
+The anchor is the centre of body 1; it lies ROPE_LENGTH = 1.2 m from the centre of body 2 along
+that body's axis u (its x axis for a neighbour at the right, its y axis for one above). Along u
+the 3x3 system of the joint decouples from the other two directions, and in the frame (u, t),
+t = u turned left, its matrix is constant. With lengths in units of GYRATION, rho = 1.2 / kappa:
+
+    K = [[2]] for u,   [[2 + rho^2, rho], [rho, 2]] for (t, angle),   det = 4 + rho^2
+"""
+
+import math
+
+from physics.backend import ti
+from physics.engine.integrator import move
+from physics.engine.lane_math import magnitude
+from physics.engine.memory import layout as lay
+from physics.engine.memory.model import I_WELD_ROW
+from physics.scene import material
+
+_ARM = material.SQUARE_SIDE  # [m]
+_RHO = _ARM / lay.GYRATION
+_DET = 4 + _RHO**2
+_TT = 2 / _DET  # the inverse of the 2x2 block
+_TA = -_RHO / _DET
+_AA = (2 + _RHO**2) / _DET
+
+
+@ti.func
+def _axis(S: ti.template(), g, b2, above, T: ti.template()):
+    """Unit vector from body 2 to the anchor: its x axis, or its y axis if body 1 lies above."""
+    c, s = S[g, b2 + lay.COS], S[g, b2 + lay.SIN]
+    ux = c
+    uy = s
+    if above != 0:
+        ux = T.f(0.0) - s
+        uy = c
+    return ux, uy
+
+
+@ti.func
+def prepare(S: ti.template(), g, m: ti.template(), mi: ti.template(), T: ti.template()):
+    """Axes for this step; applies the impulses of the last one."""
+    for n in range(m.welds):
+        row = m.weld_table + I_WELD_ROW * n
+        b1 = mi[row]
+        b2 = mi[row + 1]
+        o = m.weld_block + lay.WELD_ITEMS * n
+        ux, uy = _axis(S, g, b2, mi[row + 2], T)
+        S[g, o + lay.WE_UX] = ux
+        S[g, o + lay.WE_UY] = uy
+        px, py, pw = S[g, o + lay.WE_PX], S[g, o + lay.WE_PY], S[g, o + lay.WE_PW]
+        S[g, b1 + lay.VX] = S[g, b1 + lay.VX] + px
+        S[g, b1 + lay.VY] = S[g, b1 + lay.VY] + py
+        S[g, b1 + lay.W] = S[g, b1 + lay.W] + pw
+        S[g, b2 + lay.VX] = S[g, b2 + lay.VX] - px
+        S[g, b2 + lay.VY] = S[g, b2 + lay.VY] - py
+        S[g, b2 + lay.W] = S[g, b2 + lay.W] - (pw + T.f(_RHO) * (ux * py - uy * px))
+
+
+@ti.func
+def solve_velocities(S: ti.template(), g, m: ti.template(), mi: ti.template(), T: ti.template()):
+    """One iteration over all welds: each makes the bodies' velocities agree at its anchor."""
+    for n in range(m.welds):
+        row = m.weld_table + I_WELD_ROW * n
+        b1 = mi[row]
+        b2 = mi[row + 1]
+        o = m.weld_block + lay.WELD_ITEMS * n
+        ux, uy = S[g, o + lay.WE_UX], S[g, o + lay.WE_UY]
+        v1x, v1y, w1 = S[g, b1 + lay.VX], S[g, b1 + lay.VY], S[g, b1 + lay.W]
+        v2x, v2y, w2 = S[g, b2 + lay.VX], S[g, b2 + lay.VY], S[g, b2 + lay.W]
+        dx = v1x - v2x
+        dy = v1y - v2y
+        error_u = dx * ux + dy * uy
+        error_t = (dy * ux - dx * uy) - T.f(_RHO) * w2
+        error_a = w1 - w2
+        pu = T.f(-0.5) * error_u
+        pt = T.f(-_TT) * error_t - T.f(_TA) * error_a
+        pw = T.f(-_TA) * error_t - T.f(_AA) * error_a
+        px = pu * ux - pt * uy
+        py = pu * uy + pt * ux
+        S[g, o + lay.WE_PX] = S[g, o + lay.WE_PX] + px
+        S[g, o + lay.WE_PY] = S[g, o + lay.WE_PY] + py
+        S[g, o + lay.WE_PW] = S[g, o + lay.WE_PW] + pw
+        S[g, b1 + lay.VX] = v1x + px
+        S[g, b1 + lay.VY] = v1y + py
+        S[g, b1 + lay.W] = w1 + pw
+        S[g, b2 + lay.VX] = v2x - px
+        S[g, b2 + lay.VY] = v2y - py
+        S[g, b2 + lay.W] = w2 - (pw + T.f(_RHO) * pt)
+
+
+@ti.func
+def solve_positions(
+    S: ti.template(), g, m: ti.template(), mi: ti.template(), live, T: ti.template()
+):
+    """One iteration of the position stage on live lanes; returns the lanes still off."""
+    mask = live > T.f(0.0)
+    off = live < live
+    half_turn = T.vec(math.pi)
+    whole_turn = T.f(2 * math.pi)
+    for n in range(m.welds):
+        row = m.weld_table + I_WELD_ROW * n
+        b1 = mi[row]
+        b2 = mi[row + 1]
+        ux, uy = _axis(S, g, b2, mi[row + 2], T)
+        dx = (S[g, b1 + lay.X] - S[g, b2 + lay.X]) - T.f(_ARM) * ux
+        dy = (S[g, b1 + lay.Y] - S[g, b2 + lay.Y]) - T.f(_ARM) * uy
+        angle = S[g, b1 + lay.ANGLE] - S[g, b2 + lay.ANGLE]
+        angle = ti.select(
+            angle > half_turn,
+            angle - whole_turn,
+            ti.select(angle < half_turn - whole_turn, angle + whole_turn, angle),
+        )
+        off = off | (
+            mask
+            & (
+                (dx * dx + dy * dy > T.f(material.LINEAR_TOLERANCE**2))
+                | (magnitude(angle, T) > T.f(material.ANGULAR_TOLERANCE))
+            )
+        )
+        error_u = dx * ux + dy * uy
+        error_t = dy * ux - dx * uy
+        error_a = angle * T.f(lay.GYRATION)
+        pu = T.f(-0.5) * error_u
+        pt = T.f(-_TT) * error_t - T.f(_TA) * error_a
+        pw = T.f(-_TA) * error_t - T.f(_AA) * error_a
+        px = pu * ux - pt * uy
+        py = pu * uy + pt * ux
+        for second in range(2):  # a loop, because it compiles the code of ``move`` once
+            body = b2 if second != 0 else b1
+            sign = T.f(1.0) - T.f(2.0) * ti.cast(second, T.f)
+            turn = (pw + ti.cast(second, T.f) * T.f(_RHO) * pt) * (sign * T.f(1 / lay.GYRATION))
+            move(S, g, body, mask, sign * px, sign * py, turn, T)
+    return off

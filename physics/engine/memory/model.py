@@ -1,0 +1,299 @@
+"""What stays fixed while a batch of worlds is simulated, as tables for the kernels."""
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from physics import checks
+from physics.backend import Features, ti
+from physics.engine.memory import layout as lay
+from physics.engine.memory.layout import Layout
+from physics.scene import clock, damage, material
+from physics.scene.morphology import Morphology
+from physics.scene.sensors import Apparatus
+
+
+@dataclass(frozen=True)
+class Engine:
+    """Settings of the engine; the defaults are the reference's.
+
+    Attributes:
+        friction: coefficient between a square and the ground.
+        damping: linear and angular velocity damping [1/s].
+        velocity_iterations, position_iterations: of the sequential-impulse solver, per step.
+        ropes: whether squares of a voxel are kept from passing through each other.
+        self_collision: whether squares of the robot that no joint ties keep out of each other;
+            None: where it has legs that could pass through each other (`Morphology.legs_meet`).
+        continuous: whether squares that land are stopped where they touch the ground, instead of
+            as deep in it as their speed takes them in a step (continuous collision detection).
+    """
+
+    friction: float = material.FRICTION
+    damping: float = material.DAMPING
+    velocity_iterations: int = material.VELOCITY_ITERATIONS
+    position_iterations: int = material.POSITION_ITERATIONS
+    ropes: bool = True
+    self_collision: bool | None = None
+    continuous: bool = False
+
+    def features(self, morphology: Morphology) -> Features:
+        """What the kernels must have to simulate this robot."""
+        collides = morphology.legs_meet if self.self_collision is None else self.self_collision
+        return Features(collides and morphology.n_voxels > 1, self.continuous)
+
+    def __post_init__(self) -> None:
+        for name in ("friction", "damping"):
+            checks.finite(name, getattr(self, name), 0.0)
+        for name in ("velocity_iterations", "position_iterations"):
+            checks.positive_integer(name, getattr(self, name))
+
+
+# Places in the table of numbers.
+F_GRAVITY, F_DAMPING, F_FRICTION, F_NOISE, F_REACH = range(5)
+F_SPRINGS = 5  # rows of: anchors x1 y1 x2 y2 [m], rest length, its slopes for a >= 0 and a < 0
+FS_X1, FS_Y1, FS_X2, FS_Y2, FS_REST, FS_SHRINK, FS_GROW = range(7)
+F_SPRING_ROW = 7
+F_RAYS = F_SPRINGS + F_SPRING_ROW * len(material.SPRINGS)  # rows of: cos, sin, range [m]
+F_RAY_ROW = 3
+
+# Places in the table of integers: the fields of Sizes, then the rows below.
+_SIZES = (
+    "voxels",
+    "welds",
+    "segments",
+    "readings",
+    "header",
+    "weld_block",
+    "window",
+    "rings",
+    "reading_block",
+    "contact_list",
+    "contact_list_new",
+    "rope_list",
+    "velocity_iterations",
+    "position_iterations",
+    "ropes",
+    "damage_mode",
+    "weld_table",
+    "reading_table",
+    "interval_table",
+    "interval_steps",
+    "meeting_block",
+    "meeting_memory",
+    "meeting_bounds",
+    "meeting_list",
+    "meeting_list_old",
+    "meeting_limit",
+    "pair_table",
+    "voxel_pairs",
+    "landing_block",
+)
+Sizes = ti.types.struct(**dict.fromkeys(_SIZES, ti.i32))
+
+I_SPRINGS = len(_SIZES)  # rows of: items of body 1 and of body 2 in the voxel block
+I_SPRING_ROW = 2
+I_ROPES = I_SPRINGS + I_SPRING_ROW * len(material.SPRINGS)
+I_ROPE_ROW = 2
+I_WELDS = I_ROPES + I_ROPE_ROW * len(material.ROPES)
+I_WELD_ROW = 3  # items of body 1 and of body 2; 1 where body 1 lies above body 2, else 0
+
+# A row of voxels that may collide: numbers of both; bit 4 i + j is set where square i of the first
+# is welded to square j of the second.
+PAIR_ROW = 3
+
+# A reading row: kind, voxel block, slots of its ring (0: no average), ring, interval number, ray.
+RE_KIND, RE_VOXEL, RE_SLOTS, RE_RING, RE_INTERVAL, RE_RAY = range(6)
+READING_ROW = 6
+AREA, TOUCH, VELOCITY_X, VELOCITY_Y, RAY = range(5)
+_KINDS = {
+    "area": (AREA,),
+    "touch": (TOUCH,),
+    "velocity": (VELOCITY_X, VELOCITY_Y),
+    "lidar": (RAY,),
+}
+
+
+@ti.func
+def load_sizes(mi: ti.template()):
+    """The sizes of the model, read once at the start of a kernel."""
+    return Sizes(*[mi[k] for k in ti.static(range(len(_SIZES)))])
+
+
+@dataclass(frozen=True)
+class Model:
+    """A robot in a batch of worlds: what the kernels read and never write.
+
+    Attributes:
+        morphology, apparatus, engine: what it was built from.
+        layout: where the state lies.
+        numbers: table of F_*, shape (.,), float64.
+        integers: table of I_*, shape (.,), int32.
+        max_steps: steps for which the table of sensor windows is long enough.
+    """
+
+    morphology: Morphology
+    apparatus: Apparatus
+    engine: Engine
+    layout: Layout
+    numbers: np.ndarray
+    integers: np.ndarray
+    max_steps: int
+
+
+def build(
+    morphology: Morphology,
+    apparatus: Apparatus,
+    engine: Engine,
+    gravity: float,
+    noise: float,
+    segments: int,
+    damage_mode: str,
+    max_steps: int,
+    lanes: int,
+) -> Model:
+    """The model of a robot.
+
+    Args:
+        morphology: the robot's shape.
+        apparatus: its sensors.
+        engine: settings of the solver.
+        gravity: downward acceleration [m/s^2].
+        noise: standard deviation of the readings' noise, in units of the sensor's range.
+        segments: terrain segments that the window of a group holds; 0 without ground.
+        damage_mode: one of damage.MODES.
+        max_steps: steps that a world may live.
+        lanes: worlds per group.
+    """
+    reading_rows, rays, intervals, ring_items = _readings(apparatus)
+    features = engine.features(morphology)
+    pairs = _voxel_pairs(morphology) if features.self_collision else []
+    limit = lay.MEETINGS_PER_VOXEL * morphology.n_voxels
+    layout = Layout(
+        voxels=morphology.n_voxels,
+        welds=len(morphology.welds),
+        segments=segments,
+        ring_items=ring_items,
+        readings=apparatus.n_readings,
+        meetings=lanes * limit if pairs else 0,
+        landings=4 * morphology.n_voxels if features.continuous else 0,
+    )
+    springs = [(s.square1 * lay.BODY_ITEMS, s.square2 * lay.BODY_ITEMS) for s in material.SPRINGS]
+    ropes = [(a * lay.BODY_ITEMS, b * lay.BODY_ITEMS) for a, b in material.ROPES]
+    welds = [_weld_row(morphology, *pair) for pair in morphology.welds]
+    reading_table = I_WELDS + I_WELD_ROW * len(welds)
+    pair_table = reading_table + READING_ROW * len(reading_rows)
+    interval_table = pair_table + PAIR_ROW * len(pairs)
+    sizes = {
+        "voxels": layout.voxels,
+        "welds": layout.welds,
+        "segments": layout.segments,
+        "readings": layout.readings,
+        "header": layout.header,
+        "weld_block": layout.weld_block,
+        "window": layout.window,
+        "rings": layout.rings,
+        "reading_block": layout.reading_block,
+        "contact_list": layout.contact_list,
+        "contact_list_new": layout.contact_list_new,
+        "rope_list": layout.rope_list,
+        "velocity_iterations": engine.velocity_iterations,
+        "position_iterations": engine.position_iterations,
+        "ropes": int(engine.ropes),
+        "damage_mode": damage.MODES.index(damage_mode),
+        "weld_table": I_WELDS,
+        "reading_table": reading_table,
+        "interval_table": interval_table,
+        "interval_steps": max_steps,
+        "meeting_block": layout.meeting_block,
+        "meeting_memory": layout.meeting_memory,
+        "meeting_bounds": layout.meeting_bounds,
+        "meeting_list": layout.meeting_list,
+        "meeting_list_old": layout.meeting_list_old,
+        "meeting_limit": limit,
+        "pair_table": pair_table,
+        "voxel_pairs": len(pairs),
+        "landing_block": layout.landing_block,
+    }
+    rows = [*springs, *ropes, *welds, *reading_rows, *pairs]
+    windows = [clock.window_lengths(max_steps, interval) for interval in intervals]
+    integers = np.concatenate(
+        [[sizes[name] for name in _SIZES], *rows, *windows], dtype=np.int32, casting="unsafe"
+    )
+    numbers = np.array(
+        [
+            gravity,
+            engine.damping,
+            engine.friction,
+            noise,
+            reach(apparatus),
+            *_spring_numbers(),
+            *rays,
+        ],
+        dtype=np.float64,
+    )
+    return Model(morphology, apparatus, engine, layout, numbers, integers, max_steps)
+
+
+def reach(apparatus: Apparatus) -> float:
+    """How far from a robot's squares the ground matters: to touch it, or to see it [m]."""
+    ranges = [s.range for own in apparatus.sensors for s in own if s.kind == "lidar"]
+    return material.SQUARE_SIDE + max(ranges, default=0.0)
+
+
+def _spring_numbers() -> list[float]:
+    """The rows of F_SPRINGS."""
+    numbers: list[float] = []
+    for spring in material.SPRINGS:
+        for corner in (spring.corner1, spring.corner2):
+            signs = (0, 0) if corner is None else material.CORNER_SIGNS[corner]
+            numbers += [sign * material.SQUARE_HALF for sign in signs]
+        family = material.FAMILIES[spring.family]
+        numbers += [family.rest, family.rest - family.contracted, family.expanded - family.rest]
+    return numbers
+
+
+def _weld_row(morphology: Morphology, body1: int, body2: int) -> tuple[int, int, int]:
+    """Items of the two bodies, and whether body 1 lies above (1) or right of (0) body 2."""
+    (x1, y1), (x2, y2) = morphology.cells[body1 // 4], morphology.cells[body2 // 4]
+    return lay.body_offset(body1), lay.body_offset(body2), int((x1, y1) == (x2, y2 + 1))
+
+
+def _voxel_pairs(morphology: Morphology) -> list[tuple[int, int, int]]:
+    """The rows of voxels that may collide: any two, for squares meet where a robot folds."""
+    welded: dict[tuple[int, int], int] = {}
+    for weld in morphology.welds:
+        first, second = sorted(weld)
+        pair = (first // 4, second // 4)
+        welded[pair] = welded.get(pair, 0) | 1 << 4 * (first % 4) + second % 4
+    pairs = itertools.combinations(range(morphology.n_voxels), 2)
+    return [(a, b, welded.get((a, b), 0)) for a, b in pairs]
+
+
+def _readings(
+    apparatus: Apparatus,
+) -> tuple[list[tuple[int, ...]], list[float], list[float], int]:
+    """Reading rows, ray numbers, the intervals they refer to, and items of all rings."""
+    rows: list[tuple[int, ...]] = []
+    rays: list[float] = []
+    intervals: list[float] = []
+    ring = 0
+    for voxel, own in enumerate(apparatus.sensors):
+        for sensor in own:
+            slots = number = 0
+            if sensor.interval:
+                if sensor.interval not in intervals:
+                    intervals.append(sensor.interval)
+                number = intervals.index(sensor.interval)
+                slots = math.ceil(sensor.interval / material.DT) + 2
+            kinds = _KINDS[sensor.kind]
+            for part in range(sensor.n_readings):
+                kind = kinds[part % len(kinds)]
+                ray = len(rays) // F_RAY_ROW
+                rows.append((kind, voxel * lay.VOXEL_ITEMS, slots, ring, number, ray))
+                ring += slots
+                if sensor.kind == "lidar":
+                    radians = math.radians(sensor.angles[part])
+                    rays += [math.cos(radians), math.sin(radians), sensor.range]
+    return rows, rays, intervals, ring

@@ -1,0 +1,155 @@
+"""The changing state of a batch of worlds, packed by groups as ``layout`` says.
+
+Worlds fill the lanes of groups in order; the last group is filled up with worlds of zero
+lifetime, which never move.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from physics.backend import unpacked
+from physics.engine.memory import layout as lay
+from physics.engine.memory.layout import Layout
+from physics.scene import material
+from physics.scene.morphology import Morphology
+from physics.scene.terrain import Terrain
+
+ENDLESS = float(2**24)  # steps; counters are exact up to here in float32
+_FAR = 1e30
+START_X = 11.0  # left edge of a robot at birth [m]
+START_HEIGHT = 1.0  # of its nearest voxel over the ground at birth [m]
+
+
+@dataclass(frozen=True)
+class State:
+    """Tensors that a step changes.
+
+    Attributes:
+        items: (groups, layout.items, lanes), the float type of the simulation, their memory in
+            the order of kernels (`backend.packed`).
+        lists: contact and rope lists, (groups, layout.list_items), int32, likewise.
+        layout: where things lie in them.
+        n_worlds: N; the lanes beyond are padding.
+    """
+
+    items: Tensor
+    lists: Tensor
+    layout: Layout
+    n_worlds: int
+
+    @property
+    def lanes(self) -> int:
+        """Worlds per group."""
+        return self.items.shape[2]
+
+    def voxels(self, first: int, count: int = 1) -> Tensor:
+        """View (groups, V, count, lanes) of items of the voxel blocks from ``first`` on."""
+        blocks = self.items[:, : self.layout.header].unflatten(1, (-1, lay.VOXEL_ITEMS))
+        return blocks[:, :, first : first + count]
+
+    def bodies(self) -> Tensor:
+        """View (groups, V, 4, BODY_ITEMS, lanes) of the squares."""
+        return self.voxels(lay.BODIES, 4 * lay.BODY_ITEMS).unflatten(2, (4, lay.BODY_ITEMS))
+
+    def header(self, item: int) -> Tensor:
+        """View (groups, lanes) of an item of the header."""
+        return self.items[:, self.layout.header + item]
+
+    def worlds(self, view: Tensor) -> Tensor:
+        """(groups, ..., lanes) -> (N, ...), a copy without the padding."""
+        return view.movedim(-1, 1).flatten(0, 1)[: self.n_worlds].contiguous()
+
+    def lanes_of(self, values: Tensor) -> Tensor:
+        """(N, ...) -> (groups, ..., lanes) of the state's type, zeros in the padding."""
+        groups, lanes = self.items.shape[0], self.lanes
+        padding = values.new_zeros((groups * lanes - self.n_worlds, *values.shape[1:]))
+        padded = torch.cat([values, padding]).to(self.items)
+        return padded.unflatten(0, (groups, lanes)).movedim(1, -1)
+
+
+def allocate(
+    layout: Layout, n_worlds: int, lanes: int, dtype: torch.dtype, device: torch.device
+) -> State:
+    """An all-zero state for N worlds."""
+    groups = -(-n_worlds // lanes)
+    items = torch.zeros(groups, layout.items, lanes, dtype=dtype, device=device)
+    lists = torch.zeros(groups, layout.list_items, dtype=torch.int32, device=device)
+    return State(
+        items=unpacked(items, lanes),
+        lists=unpacked(lists, lanes),
+        layout=layout,
+        n_worlds=n_worlds,
+    )
+
+
+def newborn(like: State, poses: Tensor, seeds: Tensor, lifetimes: Tensor) -> State:
+    """Worlds in their first instant: at rest, nothing remembered, never damaged.
+
+    Args:
+        like: gives sizes, types and device.
+        poses: of the squares, (N, V, 4, 3) x, y [m], angle [rad].
+        seeds: (N,) int64 in [0, 2^32).
+        lifetimes: in steps, (N,).
+    """
+    state = State(
+        torch.zeros_like(like.items), torch.zeros_like(like.lists), like.layout, like.n_worlds
+    )
+    set_poses(state, poses)
+    pairs = state.voxels(lay.PAIRS, 4 * lay.PAIRS_PER_BODY * lay.PAIR_ITEMS)
+    pairs = pairs.unflatten(2, (-1, lay.PAIR_ITEMS))
+    for point in range(2):
+        pairs[:, :, :, lay.PA_POINTS + point * lay.POINT_ITEMS + lay.PT_DEPTH] = -1.0
+    state.voxels(lay.BREAKS, 2).fill_(ENDLESS)
+    state.header(lay.H_LIFE).copy_(state.lanes_of(lifetimes.double().clamp(max=ENDLESS)))
+    state.header(lay.H_SEED_LOW).copy_(state.lanes_of(seeds & 0xFFFF))
+    state.header(lay.H_SEED_HIGH).copy_(state.lanes_of(seeds >> 16))
+    forget_window(state)
+    return state
+
+
+def set_poses(state: State, poses: Tensor) -> None:
+    """Moves the squares to given poses (N, V, 4, 3); the caches of the poses follow."""
+    bodies = state.bodies()
+    lanes = state.lanes_of(poses.double().to(state.items.device))
+    for item, source in ((lay.X, 0), (lay.Y, 1), (lay.ANGLE, 2)):
+        bodies[:, :, :, item] = lanes[:, :, :, source]
+    angles = poses[..., 2].double().to(state.items.device)
+    bodies[:, :, :, lay.COS] = state.lanes_of(angles.cos())
+    bodies[:, :, :, lay.SIN] = state.lanes_of(angles.sin())
+
+
+def forget_window(state: State) -> None:
+    """Makes the next look at the ground fill the terrain window anew."""
+    state.header(lay.H_WINDOW_LOW).fill_(_FAR)
+    state.header(lay.H_WINDOW_HIGH).fill_(-_FAR)
+
+
+def initial_poses(
+    morphology: Morphology, terrains: list[Terrain] | None, n_worlds: int
+) -> np.ndarray:
+    """Poses of the squares at birth, (N, V, 4, 3), float64.
+
+    Without ground, voxel (gx, gy) is centred at (3 gx, 3 gy). On ground the robot's left edge
+    is at START_X, as high as makes the least gap between a voxel's lowest point and the ground
+    under its centre START_HEIGHT.
+    """
+    cells = np.array(morphology.cells, dtype=np.float64) * material.VOXEL_SIDE
+    signs = np.array(material.CORNER_SIGNS, dtype=np.float64)
+    poses = np.zeros((n_worlds, len(cells), 4, 3))
+    poses[..., :2] = cells[:, None] + signs * material.SQUARE_OFFSET
+    if terrains is None:
+        return poses
+    half = material.VOXEL_SIDE / 2
+    poses[..., 0] += START_X + half
+    bottoms = cells[:, 1] - half
+    heights = {
+        id(t): START_HEIGHT - float(np.min(bottoms - t.height(cells[:, 0] + START_X + half)))
+        for t in terrains
+    }
+    poses[..., 1] += np.array([heights[id(t)] for t in terrains])[:, None, None]
+    return poses

@@ -1,0 +1,92 @@
+"""What can be seen of a batch of worlds, as tensors in world order."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from physics.engine.memory import layout as lay
+from physics.engine.memory.state import State
+from physics.scene import clock, material
+
+__all__ = ["Observed"]
+
+
+class Observed:
+    """Reads the state of N worlds with V voxels each; every call copies.
+
+    Attributes:
+        dtype, device: of the state.
+        n_readings: of a world's sensors, R.
+    """
+
+    dtype: torch.dtype
+    device: torch.device
+    n_readings: int
+    _state: State
+    _steps: int  # since the last reset of all worlds
+
+    @property
+    def time(self) -> float:
+        """Simulated time since the last reset of all worlds [s]."""
+        return float(clock.times(self._steps)[-1]) if self._steps else 0.0
+
+    @property
+    def times(self) -> Tensor:
+        """Age of every world [s], (N,) float64."""
+        steps = self._state.worlds(self._state.header(lay.H_STEP)).long()
+        table = torch.from_numpy(clock.times(int(steps.max()) + 1)).to(self.device)
+        return torch.where(steps > 0, table[(steps - 1).clamp(min=0)], 0.0)
+
+    def mass_poses(self) -> Tensor:
+        """Poses of the squares, (N, V, 4, 3): x, y [m], angle [rad] in [-pi, pi]; corners NW, NE,
+        SE, SW."""
+        bodies = self._state.worlds(self._state.bodies())
+        x, y = bodies[..., lay.X], bodies[..., lay.Y]
+        return torch.stack([x, y, torch.atan2(bodies[..., lay.SIN], bodies[..., lay.COS])], -1)
+
+    def mass_velocities(self) -> Tensor:
+        """Velocities of the squares, (N, V, 4, 3): vx, vy [m/s], omega [rad/s]."""
+        velocities = self._state.worlds(self._state.bodies()[:, :, :, lay.VX : lay.W + 1])
+        velocities[..., 2] /= lay.GYRATION
+        return velocities
+
+    def voxel_centers(self) -> Tensor:
+        """Mean of each voxel's four squares [m], (N, V, 2)."""
+        return self._state.worlds(self._state.bodies()[:, :, :, lay.X : lay.Y + 1].mean(2))
+
+    def center_of_mass(self) -> Tensor:
+        """Mean of the voxel centres [m], (N, 2)."""
+        return self.voxel_centers().mean(1)
+
+    def area_ratios(self) -> Tensor:
+        """Area of each voxel over its area at rest, (N, V)."""
+        bodies = self._state.worlds(self._state.bodies())
+        corners = torch.tensor(material.CORNER_SIGNS, dtype=self.dtype, device=self.device)
+        ax, ay = (corners * material.SQUARE_HALF).unbind(-1)
+        c, s = bodies[..., lay.COS], bodies[..., lay.SIN]
+        x = bodies[..., lay.X] - bodies[..., :1, lay.X] + (c * ax - s * ay)
+        y = bodies[..., lay.Y] - bodies[..., :1, lay.Y] + (s * ax + c * ay)
+        across = (x[..., 2] - x[..., 0]) * (y[..., 3] - y[..., 1])
+        cross = across - (x[..., 3] - x[..., 1]) * (y[..., 2] - y[..., 0])
+        return cross.abs() / (2 * material.VOXEL_SIDE**2)
+
+    def touching(self) -> Tensor:
+        """Whether each voxel touches the ground, (N, V) bool."""
+        pairs = self._state.voxels(lay.PAIRS, 4 * lay.PAIRS_PER_BODY * lay.PAIR_ITEMS)
+        points = pairs.unflatten(2, (-1, lay.PAIR_ITEMS))[:, :, :, lay.PA_POINTS :]
+        depths = points.unflatten(3, (2, lay.POINT_ITEMS))[:, :, :, :, lay.PT_DEPTH]
+        return self._state.worlds((depths >= 0).flatten(2, 3).any(2))
+
+    def actuation(self) -> Tensor:
+        """The actuation in force, (N, V)."""
+        return self._state.worlds(self._state.voxels(lay.ACTUATION)[:, :, 0])
+
+    def readings(self) -> Tensor:
+        """What the sensors read last, (N, R), noise included."""
+        first = self._state.layout.reading_block
+        return self._state.worlds(self._state.items[:, first : first + self.n_readings])
+
+    def failed(self) -> Tensor:
+        """Worlds that became non-finite and were stopped, (N,) bool."""
+        return self._state.worlds(self._state.header(lay.H_FAILED)) > 0

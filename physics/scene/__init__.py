@@ -1,0 +1,1 @@
+"""What is simulated, as plain data: shape, material, sensors, ground, damage, time."""

@@ -1,0 +1,222 @@
+"""The shape of a robot: which cells of a grid hold a voxel, and where voxels are welded.
+
+Voxels are numbered row by row from the bottom row, left to right, skipping empty cells.
+Square ``c`` (0 NW, 1 NE, 2 SE, 3 SW) of voxel ``v`` is body ``4 v + c``.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from physics.scene.material import NE, NW, SE, SW
+
+__all__ = ["Morphology"]
+
+
+@dataclass(frozen=True, eq=False)
+class Morphology:
+    """A robot's shape. Build it with :meth:`from_name`, :meth:`from_grid` or :meth:`of`.
+
+    Attributes:
+        grid: where there is a voxel, shape (height, width), bool, top row first, read-only,
+            without empty outer rows or columns.
+        name: its name, for logs and messages.
+    """
+
+    grid: np.ndarray
+    name: str
+
+    @classmethod
+    def from_name(cls, name: str) -> Morphology:
+        """A shape of the catalogue.
+
+        ============  ====================================================================
+        box-WxH       full rectangle, W voxels wide and H high
+        worm-WxH      the same (the paper's worm is worm-7x1)
+        biped-WxH     box with two legs, the outer columns (the paper's is biped-4x3)
+        tripod-WxH    box with three legs: the outer columns and the middle
+        comb-WxH      box with a leg at every other column, from the left
+        T-WxH         the top row and the middle column
+        ball-D        the cells of a DxD box whose centre lies in the disc of diameter D
+        ============  ====================================================================
+
+        Legs take the lower half of the rows, rounded down: one row of 3, two rows of 4.
+        The middle is one column if W is odd and two if it is even.
+
+        Raises:
+            ValueError: if the name is unknown, or its sizes leave nothing to tell legs apart.
+        """
+        match = _NAME.fullmatch(name) if isinstance(name, str) else None
+        if match is None or match["family"] not in _FAMILIES:
+            raise ValueError(
+                f"shape: expected one of {', '.join(_FORMS)} with integer sizes, "
+                f'such as "biped-4x3", got {name!r}'
+            )
+        family = match["family"]
+        has_voxel, least_width, least_height = _FAMILIES[family]
+        width = int(match["width"])
+        height = int(match["height"]) if match["height"] else width
+        if (match["height"] is None) != (family == "ball"):
+            form = "ball-D" if family == "ball" else f"{family}-WxH"
+            raise ValueError(f"shape: expected {form}, got {name!r}")
+        if width < least_width or height < least_height:
+            raise ValueError(
+                f"shape: {family} needs at least {least_width}x{least_height} voxels, got {name!r}"
+            )
+        rows = range(height - 1, -1, -1)
+        grid = [[has_voxel(x, y, width, height) for x in range(width)] for y in rows]
+        return cls.from_grid(grid, name)
+
+    @classmethod
+    def from_grid(cls, grid: Any, name: str | None = None) -> Morphology:
+        """A shape drawn as a table.
+
+        Args:
+            grid: 2-D, 0/1 or bool, top row first; empty outer rows and columns are cut off.
+            name: its name; "custom-WxH" if not given.
+
+        Raises:
+            ValueError: if the table is not 2-D, not of 0 and 1, empty, or holds voxels that are
+                not joined side to side.
+        """
+        try:
+            table = np.asarray(grid)
+        except ValueError:
+            raise ValueError("shape: expected rows of equal length in a 2-D 0/1 array") from None
+        if table.ndim != 2:
+            raise ValueError(
+                f"shape: expected a 2-D 0/1 array, top row first, got {table.ndim} dimension(s)"
+            )
+        if table.dtype.kind not in "biuf" or not np.isin(table, (0, 1)).all():
+            raise ValueError("shape: expected an array of 0 (empty) and 1 (voxel) only")
+        table = table.astype(bool)
+        if not table.any():
+            raise ValueError("shape: expected at least one voxel (a 1), got an empty array")
+        rows, columns = np.nonzero(table.any(1))[0], np.nonzero(table.any(0))[0]
+        table = table[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1].copy()
+        table.setflags(write=False)
+        shape = cls(table, name or f"custom-{table.shape[1]}x{table.shape[0]}")
+        shape._check_connected()
+        return shape
+
+    @classmethod
+    def of(cls, spec: Any) -> Morphology:
+        """The shape that a name, a 2-D 0/1 array or a Morphology stands for."""
+        if isinstance(spec, Morphology):
+            return spec
+        return cls.from_name(spec) if isinstance(spec, str) else cls.from_grid(spec)
+
+    @property
+    def width(self) -> int:
+        """Cells across."""
+        return self.grid.shape[1]
+
+    @property
+    def height(self) -> int:
+        """Cells upwards."""
+        return self.grid.shape[0]
+
+    @cached_property
+    def cells(self) -> tuple[tuple[int, int], ...]:
+        """Cell (gx, gy) of each voxel, gy = 0 at the bottom, in voxel order."""
+        return tuple((int(x), int(y)) for y, x in np.argwhere(self.grid[::-1]))
+
+    @property
+    def n_voxels(self) -> int:
+        """Number of voxels, V."""
+        return len(self.cells)
+
+    @cached_property
+    def voxel_names(self) -> tuple[str, ...]:
+        """One name per voxel, "v<gx>_<gy>", in voxel order."""
+        return tuple(f"v{x}_{y}" for x, y in self.cells)
+
+    @cached_property
+    def welds(self) -> tuple[tuple[int, int], ...]:
+        """Pairs of bodies welded together, in solving order (voxel by voxel: left, then below).
+
+        The anchor of a weld is the centre of its first body.
+        """
+        index = {cell: voxel for voxel, cell in enumerate(self.cells)}
+        pairs = []
+        for voxel, (x, y) in enumerate(self.cells):
+            neighbours = (
+                (index.get((x - 1, y)), ((NW, NE), (SW, SE))),
+                (index.get((x, y - 1)), ((SW, NW), (SE, NE))),
+            )
+            for neighbour, squares in neighbours:
+                if neighbour is not None:
+                    pairs += [(4 * voxel + own, 4 * neighbour + its) for own, its in squares]
+        return tuple(pairs)
+
+    @cached_property
+    def legs_meet(self) -> bool:
+        """Whether the robot has legs that pass through each other if its squares do not collide.
+
+        So it is where a gap between voxels is two voxels deep, or at least as deep as wide.
+        Measured under bang-bang actuation of full amplitude, as the robots in which squares of
+        different legs overlapped within 30 s: tripod-5x3 and comb-5x3 44 to 74 %, biped-3x2 22 to
+        32 %, biped-6x4 2 to 7 %; but biped-4x3, with legs one long and two apart, at most one of
+        192 robots, for 0.01 % of the time.
+        """
+        return any(_has_deep_gap(grid) for grid in (self.grid, self.grid.T))
+
+    def _check_connected(self) -> None:
+        """Raise unless every voxel can be reached from the first one, side to side."""
+        unseen = set(self.cells)
+        frontier = [self.cells[0]]
+        unseen.discard(self.cells[0])
+        while frontier:
+            x, y = frontier.pop()
+            for cell in ((x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)):
+                if cell in unseen:
+                    unseen.discard(cell)
+                    frontier.append(cell)
+        if unseen:
+            raise ValueError(
+                f"shape: expected voxels joined side to side, got {self.name} with "
+                f"{len(unseen)} voxel(s) cut off from cell {self.cells[0]}, e.g. {min(unseen)}"
+            )
+
+
+def _has_deep_gap(grid: np.ndarray) -> bool:
+    """Whether some gap, between voxels in each of its rows, is deep enough: see `legs_meet`."""
+    depths: dict[tuple[int, int], int] = {}  # of the gaps that end in this row, by their columns
+    for row in grid:
+        voxels = np.nonzero(row)[0]
+        gaps = [(int(a), int(b)) for a, b in pairwise(voxels) if b - a > 1]
+        depths = {gap: depths.get(gap, 0) + 1 for gap in gaps}
+        if any(depth >= min(end - start - 1, 2) for (start, end), depth in depths.items()):
+            return True
+    return False
+
+
+_NAME = re.compile(r"(?P<family>[A-Za-z]+)-(?P<width>[1-9]\d{0,2})(x(?P<height>[1-9]\d{0,2}))?")
+
+
+def _is_middle(x: int, width: int) -> bool:
+    return abs(2 * x - (width - 1)) < 2
+
+
+def _is_outer(x: int, width: int) -> bool:
+    return x in (0, width - 1)
+
+
+# Whether cell (x, y from the bottom) of a (width, height) box holds a voxel; least sizes.
+_FAMILIES: dict[str, tuple[Callable[[int, int, int, int], bool], int, int]] = {
+    "box": (lambda x, y, w, h: True, 1, 1),
+    "worm": (lambda x, y, w, h: True, 1, 1),
+    "biped": (lambda x, y, w, h: y >= h // 2 or _is_outer(x, w), 3, 2),
+    "tripod": (lambda x, y, w, h: y >= h // 2 or _is_outer(x, w) or _is_middle(x, w), 5, 2),
+    "comb": (lambda x, y, w, h: y >= h // 2 or x % 2 == 0, 3, 2),
+    "T": (lambda x, y, w, h: y == h - 1 or _is_middle(x, w), 3, 2),
+    "ball": (lambda x, y, w, h: (2 * x + 1 - w) ** 2 + (2 * y + 1 - h) ** 2 <= w * h, 1, 1),
+}
+_FORMS = [f"{family}-D" if family == "ball" else f"{family}-WxH" for family in _FAMILIES]
