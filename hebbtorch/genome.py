@@ -154,12 +154,11 @@ class Evolvable(nn.Module, ABC):
             genomes[..., block.genes].to(parameter.dtype).unflatten(-1, block.shape)
             for block, parameter in zip(self.gene_blocks, parameters, strict=True)
         ]
-        for genes in converted:
-            bad = int((~genes.isfinite()).sum())
-            if bad:
-                raise ValueError(
-                    f"genomes: expected genes that are finite in {genes.dtype}, "
-                    f"got {bad} NaN or infinite"
-                )
+        bad = sum(int((~genes.isfinite()).sum()) for genes in converted)
+        if bad:
+            dtype = parameters[0].dtype
+            raise ValueError(
+                f"genomes: expected genes that are finite in {dtype}, got {bad} NaN or infinite"
+            )
         for parameter, genes in zip(parameters, converted, strict=True):
             parameter.copy_(genes)
