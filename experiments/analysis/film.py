@@ -129,7 +129,8 @@ def record(
     Raises:
         ValueError: as in :func:`film_run`.
     """
-    first, last = _window(config.duration, start, seconds)
+    steps = _window(config.duration, start, seconds)
+    first, last = (-(-step // config.control_interval) for step in steps)
     config = replace(config, threads=1)  # one robot gains nothing from more
     terrain = Terrain.from_name(fresh_terrain(config.terrain, seed))
     sim = world(config, [terrain], [seeds.derive(0, "unseen", seed)])
@@ -226,7 +227,7 @@ def _rate(steps: int) -> float:
 
 
 def _window(duration: float, start: float | None, seconds: float) -> tuple[int, int]:
-    """First and last control step to record, from 1."""
+    """First and last engine step to record, from 1."""
     if not seconds > 0:
         raise ValueError(f"seconds: expected a number > 0, got {seconds}")
     if start is None:

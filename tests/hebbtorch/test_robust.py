@@ -222,6 +222,6 @@ def test_own_networks_have_genes_by_individual():
     with pytest.raises(ValueError, match=r"weight of layer 1 of shape \(\*\(4,\), \.\.\.\)"):
         Own((4, 2, 3), (3, 4)).gene_blocks  # noqa: B018
     wide_first = Own((4, 1, 1), (4, 1, 1), dtypes=(torch.float64, torch.float32))
-    with pytest.raises(ValueError, match="finite in torch.float32, got 4 NaN or infinite"):
+    with pytest.raises(ValueError, match="got 4 NaN or infinite"):
         wide_first.set_genomes(torch.full((4, 2), 1e300, dtype=torch.float64))
     assert torch.equal(wide_first.genomes(), torch.zeros(4, 2, dtype=torch.float64))
