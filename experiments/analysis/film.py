@@ -16,7 +16,7 @@ import torch
 from PIL import Image
 from torch import Tensor
 
-from experiments.analysis.measures import period_of
+from experiments.analysis.spectrum import period_of
 from experiments.config import EvolveConfig, fresh_terrain
 from experiments.rollout import controller, seeds
 from experiments.rollout.episode import driver
@@ -187,14 +187,15 @@ def lidar_rays(poses: np.ndarray, readings: np.ndarray, apparatus: Apparatus) ->
 def draw_gait(recording: Recording) -> Image.Image:
     """One page: a cycle of the gait, and the way made during the recording."""
     frames = recording.frames
-    period = period_of(np.stack([frame.levels for frame in frames]))
-    cycle = "one cycle of the gait" if period else "the gait"
-    steps = min((period or _USUAL_PERIOD) / DT, len(frames) - 1)
-    chosen = np.linspace(0, steps, _STRIP_FRAMES, endpoint=False).round().astype(int)
     length = frames[-1].time - frames[0].time
+    step = length / (len(frames) - 1)
+    period = period_of(np.stack([frame.levels for frame in frames]), step)
+    cycle = "one cycle of the gait" if period else "the gait"
+    steps = min((period or _USUAL_PERIOD) / step, len(frames) - 1)
+    chosen = np.linspace(0, steps, _STRIP_FRAMES, endpoint=False).round().astype(int)
     return draw.stack(
         {
-            f"{recording.title}: {cycle}, {steps * DT:.2f} s": draw.draw_strip(
+            f"{recording.title}: {cycle}, {steps * step:.2f} s": draw.draw_strip(
                 [frames[i] for i in chosen], recording.terrain
             ),
             f"the way in {length:.1f} s, {recording.speed:.2f} m/s": draw.draw_overlay(
