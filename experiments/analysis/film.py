@@ -164,7 +164,7 @@ def side_by_side(
     instants = _instants(courses, fps)
     if at_most is not None and len(instants) > at_most:
         instants = instants[np.linspace(0, len(instants) - 1, at_most).round().astype(int)]
-    films = []
+    films: list[Iterator[Image.Image]] = []
     for name, course in courses.items():
         places = np.searchsorted(course.times, instants - DT / 2).clip(max=len(course.times) - 1)
         frames = course.frames(places, by_area=options.color == "area")

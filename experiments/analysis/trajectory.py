@@ -26,6 +26,7 @@ from physics.scene.material import DT
 __all__ = ["Trajectory", "lidar_rays", "record"]
 
 _DEFAULT_START = 20.0  # [s]: by then plastic robots have learned to walk (paper, Fig. 6)
+_NEVER = 1 << 60  # [steps]
 _NO_HIT = 0.97  # a lidar's reading beyond it may be noise on its range
 
 
@@ -36,6 +37,7 @@ class Trajectory:
     Attributes:
         config: the conditions.
         terrain: the ground.
+        apparatus: the sensors.
         times: of the instants [s], shape (T,).
         poses: of the squares, shape (T, V, 4, 3), float32.
         actuation: in force in the step that ends at the instant, shape (T, V).
@@ -134,6 +136,10 @@ def record(
             before the recording begins.
     """
     first, last = _window(config.duration, start, seconds)
+    frozen_from = steps_in(freeze_at) if math.isfinite(freeze_at) else _NEVER
+    first, last, frozen_from = (
+        -(-step // config.control_interval) for step in (first, last, frozen_from)
+    )
     config = replace(config, threads=1)  # one robot gains nothing from more
     terrain = Terrain.from_name(fresh_terrain(config.terrain, seed))
     sim = world(config, [terrain], [seeds.derive(0, "unseen", seed)])
@@ -147,7 +153,7 @@ def record(
     drive = driver(sim, network, state, config.loop)
     sim.reset()
     course.look_at_weights(0.0, drive.state())
-    step, frozen_from = 0, _steps(freeze_at)
+    step = 0
     while step < last:
         # A step at a time where something is recorded, as many as possible before.
         ahead = every if step >= first - 1 else min(first - 1, frozen_from) - step
@@ -271,7 +277,7 @@ def _frozen(
 
 
 def _window(duration: float, start: float | None, seconds: float | None) -> tuple[int, int]:
-    """First and last control step to record, from 1."""
+    """First and last engine step to record, from 1."""
     if seconds is not None and not seconds > 0:
         raise ValueError(f"seconds: expected a number > 0, got {seconds}")
     if start is None:
@@ -281,11 +287,6 @@ def _window(duration: float, start: float | None, seconds: float | None) -> tupl
     end = duration if seconds is None else min(duration, start + seconds)
     first = max(1, round(start / DT))
     return first, max(steps_in(end), first + 1)
-
-
-def _steps(time: float) -> int:
-    """Control steps until a time; a number beyond any episode if that is infinite."""
-    return steps_in(time) if math.isfinite(time) else 1 << 60
 
 
 def _voxel_angle(squares: np.ndarray) -> float:

@@ -74,7 +74,7 @@ class ProgressDisplay:
         self._ends.append((generation, now))
         best = max((row.best for row in rows if not math.isnan(row.best)), default=math.nan)
         median = statistics.median(row.median for row in rows)
-        words = [f"best {best:.2f} m/s", f"median {median:.2f} m/s"]
+        words = [f"best {best:.2f}", f"median {median:.2f} m/s"]
         if (left := self._seconds_left()) is not None:
             words += [f"{evaluations_per_second:.0f}/s", f"{_clock_time(left)} left"]
         text = "  ".join(words)

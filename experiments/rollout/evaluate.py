@@ -89,6 +89,7 @@ def world(config: EvolveConfig, terrains: list[Terrain], world_seeds: list[int])
         n_worlds=len(terrains),
         sensors=config.sensors,
         noise=config.noise,
+        control_interval=config.control_interval,
         device=config.device,
         seed=world_seeds,
         damage=None if damage is None else replace(damage, time=config.duration / 2),

@@ -88,7 +88,9 @@ class Vectors:
     def inset(self, left: int, top: int, size: tuple[int, int], background: Color) -> Vectors:
         """See `canvas.Canvas`."""
         inset = object.__new__(Vectors)
-        inset._begin(self._figure, self._order, size, self._offset + (left, top), background)
+        inset._begin(
+            self._figure, self._order, size, self._offset + np.array([left, top]), background
+        )
         return inset
 
     def finish(self, suffix: str) -> bytes:
