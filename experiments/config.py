@@ -152,7 +152,7 @@ class EvolveConfig:
             raise ValueError(f'eta: expected a finite number or "evolved", got {self.eta!r}')
 
     def _check_controller(self) -> None:
-        from hebbtorch.bank import check_terms
+        from hebbtorch.rule_bank import check_terms
 
         check_terms(self.terms)
         if self.controller != "mlp":
