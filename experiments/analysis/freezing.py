@@ -9,7 +9,7 @@ back.
 from __future__ import annotations
 
 import io
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import torch
@@ -233,21 +233,32 @@ def act(config: EvolveConfig, weights: Weights, exam: Grounds) -> Tensor:
         Speeds [m/s], shape (B, K, S), float64, NaN where the life failed.
     """
     shape = (*weights[0].shape[:-2], len(exam))
-    # Without plasticity, a plastic network is a static one with the same weights.
-    synapses = torch.cat([layer.flatten(-2) for layer in weights], -1).flatten(0, -2)
-    sizes = [weights[0].shape[-1], *(layer.shape[-2] for layer in weights)]
-    speeds = [
-        _speeds(config, sizes, part, exam)
-        for part in synapses.split(max(1, _MOST_WORLDS // len(exam)))
-    ]
-    return torch.cat(speeds).reshape(shape)
+    individuals = tuple(layer.flatten(0, -3) for layer in weights)
+    size = max(1, _MOST_WORLDS // len(exam))
+    parts = zip(*(layer.split(size) for layer in individuals), strict=True)
+    return torch.cat([_speeds(config, part, exam) for part in parts]).reshape(shape)
 
 
-def _speeds(config: EvolveConfig, sizes: list[int], synapses: Tensor, exam: Grounds) -> Tensor:
-    """Speeds of static networks, (N * S,), from their synapses, (N, synapses)."""
-    networks = hebbtorch.StaticMLP(sizes, population=(len(synapses) * len(exam),))
-    networks = networks.to(config.device)
-    networks.set_genomes(synapses.repeat_interleave(len(exam), 0))
-    grounds = exam * len(synapses)
+def _speeds(config: EvolveConfig, weights: Weights, exam: Grounds) -> Tensor:
+    """Speeds of networks with fixed weights (N, out, in) per layer, shape (N * S,)."""
+    n = len(weights[0])
+    each = tuple(layer.repeat_interleave(len(exam), 0) for layer in weights)
+    networks, state = _frozen(config, each)
+    grounds = exam * n
     sim = world(config, grounds.terrains(), grounds.worlds)
-    return live(sim, networks, config.duration, loop=config.loop).speed.cpu()
+    return live(sim, networks, config.duration, state=state, loop=config.loop).speed.cpu()
+
+
+def _frozen(
+    config: EvolveConfig, weights: Weights
+) -> tuple[controller.Controller, hebbtorch.State]:
+    """Networks whose weights (N, out, in) stay as they are, and their state."""
+    n = len(weights[0])
+    if config.constant_last_input:  # which a static network does not know
+        networks: controller.Controller = controller.build(replace(config, normalize="none"), n)
+        networks.set_genomes(torch.zeros(n, networks.n_genes))  # rules that change nothing
+        return networks, hebbtorch.State(weights)
+    sizes = [weights[0].shape[-1], *(layer.shape[-2] for layer in weights)]
+    networks = hebbtorch.StaticMLP(sizes, population=(n,)).to(config.device)
+    networks.set_genomes(torch.cat([layer.flatten(-2) for layer in weights], -1))
+    return networks, networks.initial_state()
