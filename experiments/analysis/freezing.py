@@ -16,15 +16,16 @@ import torch
 from torch import Tensor
 
 import hebbtorch
-from experiments.analysis.unseen import variant, writable
 from experiments.config import EvolveConfig
+from experiments.files.atomic import write_atomically
 from experiments.files.csvfile import write_csv
+from experiments.files.outputs import require_writable
 from experiments.rollout import controller, seeds
 from experiments.rollout.episode import driver, live
 from experiments.rollout.evaluate import world
 from experiments.rollout.scenarios import Grounds
 from experiments.runs.champions import Champions
-from experiments.runs.folder import write_atomically
+from experiments.runs.names import FREEZING_TERRAINS, freezing_file
 from physics.scene.clock import steps_in
 
 __all__ = ["Freezing", "act", "freeze", "learn", "plastic_champions", "report", "school_and_exam"]
@@ -97,7 +98,7 @@ class Freezing:
         return out
 
 
-def freeze(champions: Champions, n_terrains: int = 3, seed: int = 0) -> Freezing:
+def freeze(champions: Champions, n_terrains: int = FREEZING_TERRAINS, seed: int = 0) -> Freezing:
     """Freeze champions at every whole second of a life, and let them live on.
 
     Args:
@@ -135,8 +136,8 @@ def report(folder: Path, n_terrains: int, seed: int, out: Path | None) -> None:
         ValueError: an option is wrong, the run cannot be read or is of a static controller;
             nothing was written then.
     """
-    writable(out)
-    out = out or folder / f"freeze{variant(n_terrains, 3, seed)}.csv"
+    require_writable(out)
+    out = out or folder / freezing_file(n_terrains, seed)
     if out.suffix == ".png":
         raise ValueError(f"out: expected a CSV file, got the name of a picture, {str(out)!r}")
     picture = out.with_suffix(".png")

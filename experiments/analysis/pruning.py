@@ -18,6 +18,7 @@ from experiments.analysis.freezing import Weights, act, learn, school_and_exam
 from experiments.files.csvfile import write_csv
 from experiments.rollout import seeds
 from experiments.runs.champions import Champions
+from experiments.runs.names import FREEZING_TERRAINS
 
 __all__ = ["FRACTIONS", "KINDS", "Pruning", "order", "prune", "pruned"]
 
@@ -50,7 +51,7 @@ class Pruning:
         return write_csv(out, ("run", "which", "fraction", "terrain", "speed"), rows)
 
 
-def prune(champions: Champions, n_terrains: int = 3, seed: int = 0) -> Pruning:
+def prune(champions: Champions, n_terrains: int = FREEZING_TERRAINS, seed: int = 0) -> Pruning:
     """Prune the weights that champions have at the end of a life, and let them live on.
 
     Args:

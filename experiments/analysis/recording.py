@@ -25,11 +25,12 @@ from experiments.analysis import measures
 from experiments.analysis.freezing import plastic_champions, school_and_exam
 from experiments.analysis.term_sizes import TermSizes
 from experiments.config import EvolveConfig
+from experiments.files.atomic import write_atomically
 from experiments.rollout import controller, fused
 from experiments.rollout.evaluate import world
 from experiments.rollout.scenarios import Grounds
 from experiments.runs.champions import Champions
-from experiments.runs.folder import write_atomically
+from experiments.runs.names import RECORDING, RECORDING_MEASURES
 from experiments.runs.tensorboard import Tracker
 from physics import Simulator
 from physics.scene.clock import steps_in
@@ -123,8 +124,8 @@ def write(folder: Path, seed: int = 0) -> Path:
         "duration": config.duration,
         "runs": describe(recording),
     }
-    write_atomically(folder / "inner_life.npz", recording.to_npz())
-    path = folder / "inner_life.json"
+    write_atomically(folder / RECORDING, recording.to_npz())
+    path = folder / RECORDING_MEASURES
     write_atomically(path, (json.dumps(summary, indent=1, allow_nan=False) + "\n").encode())
     return path
 

@@ -12,12 +12,11 @@ from experiments.analysis import pruning
 from experiments.analysis import recording as inner
 from experiments.analysis import validation_matrix as validation
 from experiments.analysis.freezing import freeze, plastic_champions
-from experiments.analysis.unseen import assess, default_file
+from experiments.analysis.unseen import assess
+from experiments.runs import names
 from experiments.runs.champions import Champions
 
 __all__ = ["frozen", "inner_life", "matrix", "pruned", "unseen_terrains"]
-
-_TERRAINS = 10  # as in the paper, Sec. IV-A
 
 
 def unseen_terrains(run_folder: Path) -> Path:
@@ -26,8 +25,8 @@ def unseen_terrains(run_folder: Path) -> Path:
     Raises:
         ValueError: the run cannot be read.
     """
-    out = run_folder / default_file(Champions.load(run_folder).config)
-    return out if out.exists() else assess(run_folder, _TERRAINS).write(out)
+    out = run_folder / names.evaluation_file(Champions.load(run_folder).config)
+    return out if out.exists() else assess(run_folder, names.EVALUATION_TERRAINS).write(out)
 
 
 def frozen(run_folder: Path) -> Path:
@@ -36,7 +35,7 @@ def frozen(run_folder: Path) -> Path:
     Raises:
         ValueError: the run cannot be read, or its controllers are static.
     """
-    out = run_folder / "freeze.csv"
+    out = run_folder / names.FREEZING
     return out if out.exists() else freeze(plastic_champions(run_folder)).write(out)
 
 
@@ -46,7 +45,7 @@ def inner_life(run_folder: Path) -> Path:
     Raises:
         ValueError: the run cannot be read, or its controllers are static.
     """
-    out = run_folder / "inner_life.json"
+    out = run_folder / names.RECORDING_MEASURES
     return out if out.exists() else inner.write(run_folder)
 
 
@@ -56,7 +55,7 @@ def pruned(run_folder: Path) -> Path:
     Raises:
         ValueError: the run cannot be read, or its controllers are static.
     """
-    out = run_folder / "pruned.csv"
+    out = run_folder / names.PRUNING
     return out if out.exists() else pruning.prune(plastic_champions(run_folder)).write(out)
 
 
@@ -66,5 +65,5 @@ def matrix(run_folder: Path) -> Path:
     Raises:
         ValueError: the run cannot be read.
     """
-    out = run_folder / "matrix.csv"
+    out = run_folder / names.MATRIX
     return out if out.exists() else validation.validate(Champions.load(run_folder)).write(out)

@@ -11,19 +11,19 @@ from torch import Tensor
 
 from experiments.config import EvolveConfig
 from experiments.files.csvfile import write_csv
+from experiments.files.outputs import require_writable
 from experiments.rollout import controller, seeds
 from experiments.rollout.evaluate import lives
 from experiments.rollout.scenarios import Grounds
 from experiments.runs.champions import Champions
+from experiments.runs.names import evaluation_file
 
 __all__ = [
     "Assessment",
     "assess",
-    "default_file",
     "reassess",
     "report",
     "speeds_on",
-    "writable",
 ]
 
 
@@ -142,10 +142,10 @@ def report(
     Raises:
         ValueError: an option is wrong, or the run cannot be read; nothing was written then.
     """
-    writable(out)
+    require_writable(out)
     assessment = assess(folder, n_terrains, terrain, damage, seed)
     config, speeds = assessment.config, assessment.speeds
-    out = out or folder / default_file(config, n_terrains, seed)
+    out = out or folder / evaluation_file(config, n_terrains, seed)
     assessment.write(out)
     print(f"{config.terrain}, damage {config.damage}, {n_terrains} terrain(s), speeds in m/s:")
     for run, own in enumerate(speeds):
@@ -156,30 +156,3 @@ def report(
             f"{int(own.isnan().sum())} failed (in evolution {evolved:.2f})"
         )
     print(f"wrote {out}")
-
-
-def default_file(config: EvolveConfig, n_terrains: int = 10, seed: int = 0) -> str:
-    """Name of the CSV file, after the conditions, and after what is not as campaigns have it."""
-    return f"evaluation-{config.terrain}-{config.damage}{variant(n_terrains, 10, seed)}.csv"
-
-
-def variant(n_terrains: int, usual: int, seed: int) -> str:
-    """What the name of a file adds for other terrains than usual: they are another result."""
-    return "" if (n_terrains, seed) == (usual, 0) else f"-{n_terrains}-seed{seed}"
-
-
-def writable(out: Path | None) -> None:
-    """Check, before anything is computed, that a file can be put where it is asked for.
-
-    Raises:
-        ValueError: its folder does not exist, or something other than a table is there.
-    """
-    if out is None:
-        return
-    if not out.parent.is_dir():
-        raise ValueError(f"out: expected a file in an existing folder, got {str(out)!r}; create it")
-    if out.is_dir() or (out.exists() and out.suffix != ".csv"):
-        raise ValueError(
-            f"out: expected a new file or a CSV file, which is replaced, got {str(out)!r}; "
-            "choose another name"
-        )

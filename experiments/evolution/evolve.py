@@ -18,6 +18,7 @@ from experiments.rollout.evaluate import Evaluator
 from experiments.runs.champions import Champions
 from experiments.runs.folder import Checkpoint, RunStore
 from experiments.runs.history import Row
+from experiments.runs.names import CHAMPIONS
 from experiments.runs.tensorboard import Tracker
 
 __all__ = ["Evolution", "Session", "evolve", "resume"]
@@ -203,7 +204,7 @@ def _present(champions: Champions, session: Session) -> None:
     session.tracker.show(best, session.config.generations, pictures)
     if session.config.controller == "hebbian":
         recording.show(champions, session.tracker)
-    print(f"wrote {folder / 'champion.safetensors'}")
+    print(f"wrote {folder / CHAMPIONS}")
     for path in pictures:
         print(f"wrote {path}")
     print(f"see the curves with: tensorboard --logdir {folder}")

@@ -6,10 +6,11 @@ from typing import Any
 import pytest
 import torch
 
-from experiments.analysis.unseen import default_file, reassess
+from experiments.analysis.unseen import reassess
 from experiments.config import EvolveConfig
 from experiments.rollout import controller, seeds
 from experiments.rollout.evaluate import Evaluator, lives, world
+from experiments.runs.names import evaluation_file
 from physics import Terrain
 
 
@@ -100,7 +101,7 @@ def test_reassessment_is_on_the_predefined_terrains(tiny: EvolveConfig) -> None:
 def test_other_terrains_or_seeds_are_another_file() -> None:
     """They do not replace what campaigns and figures read."""
     config = EvolveConfig(terrain="flat")
-    names = [default_file(config, *others) for others in ((), (10, 0), (9, 0), (10, 1))]
+    names = [evaluation_file(config, *others) for others in ((), (10, 0), (9, 0), (10, 1))]
     usual, again, fewer, seeded = names
     assert usual == again == "evaluation-flat-none.csv"
     assert (fewer, seeded) == (
