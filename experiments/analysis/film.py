@@ -17,10 +17,9 @@ from PIL import Image
 from torch import Tensor
 
 from experiments.analysis.measures import period_of
-from experiments.config import EvolveConfig, fresh_terrain
-from experiments.rollout import controller, seeds
-from experiments.rollout.episode import driver
-from experiments.rollout.evaluate import world
+from experiments.config import EvolveConfig
+from experiments.rollout.episode import start_episode
+from experiments.rollout.scenarios import Scenarios
 from experiments.runs.champions import Champions
 from physics import Apparatus, Terrain
 from physics.render import draw, movie
@@ -131,18 +130,15 @@ def record(
     """
     first, last = _window(config.duration, start, seconds)
     config = replace(config, threads=1)  # one robot gains nothing from more
-    terrain = Terrain.from_name(fresh_terrain(config.terrain, seed))
-    sim = world(config, [terrain], [seeds.derive(0, "unseen", seed)])
-    network = controller.build(config, 1)
-    network.set_genomes(genome[None])
-    state = controller.birth(network, config.init, [seeds.derive(0, "unseen-init", seed)])
+    scenarios = Scenarios.unseen(config.terrain, [seed])
+    (terrain,) = scenarios.terrains
     frames: list[draw.Frame] = []
     with torch.inference_mode():
-        drive = driver(sim, network, state, config.loop)
-        sim.reset()
-        drive.run(sim, first - 1)
+        episode = start_episode(config, genome[None], scenarios)
+        sim = episode.sim
+        episode.run(first - 1)
         for _ in range(first, last + 1):
-            drive.run(sim, 1)
+            episode.run(1)
             if sim.failed()[0]:
                 break
             poses = sim.mass_poses()[0].double().cpu().numpy()

@@ -12,7 +12,7 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,13 +22,13 @@ from torch import Tensor
 
 import hebbtorch
 from experiments.analysis import measures
-from experiments.analysis.freezing import plastic_champions, school_and_exam
+from experiments.analysis.freezing import plastic_champions, training_and_test
 from experiments.analysis.term_sizes import TermSizes
 from experiments.config import EvolveConfig
 from experiments.files.atomic import write_atomically
-from experiments.rollout import controller, fused
-from experiments.rollout.evaluate import world
-from experiments.rollout.scenarios import Grounds
+from experiments.rollout import fused
+from experiments.rollout.episode import start_episode
+from experiments.rollout.scenarios import Scenarios
 from experiments.runs.champions import Champions
 from experiments.runs.names import RECORDING, RECORDING_MEASURES
 from experiments.runs.tensorboard import Tracker
@@ -116,10 +116,10 @@ def write(folder: Path, seed: int = 0) -> Path:
     """
     champions = plastic_champions(folder)
     config = champions.config
-    school, _ = school_and_exam(config, 1, seed)
-    recording = observe(config, champions.genomes, school)
+    training, _ = training_and_test(config, 1, seed)
+    recording = observe(config, champions.genomes, training)
     summary = {
-        "terrain": school.names[0],
+        "terrain": training.names[0],
         "damage": config.damage,
         "duration": config.duration,
         "runs": describe(recording),
@@ -137,8 +137,8 @@ def show(champions: Champions, tracker: Tracker) -> None:
         champions: of an evolution.
         tracker: of the same.
     """
-    school, _ = school_and_exam(champions.config, 1, seed=0)
-    recording = observe(champions.config, champions.genomes, school)
+    training, _ = training_and_test(champions.config, 1, seed=0)
+    recording = observe(champions.config, champions.genomes, training)
     for run in range(len(champions.genomes)):
         for k, time in enumerate(recording.times):
             shares = measures.term_shares(recording.terms[run, k])
@@ -146,27 +146,22 @@ def show(champions: Champions, tracker: Tracker) -> None:
 
 
 @torch.no_grad()
-def observe(config: EvolveConfig, genomes: Tensor, school: Grounds) -> Recording:
+def observe(config: EvolveConfig, genomes: Tensor, training: Scenarios) -> Recording:
     """Let plastic individuals live, and record their weights, neurons and bodies.
 
     Args:
         config: of their evolution.
         genomes: shape (K, G).
-        school: the one ground on which all of them live.
+        training: the one scenario that all of them meet.
     """
-    n = len(genomes)
-    networks = controller.build(config, n)
-    assert isinstance(networks, hebbtorch.HebbianMLP)
-    networks.set_genomes(genomes)
-    grounds = school * n
-    sim = world(config, grounds.terrains(), grounds.worlds)
-    state = controller.birth(networks, config.init, grounds.births)
-    brain = fused.pack(sim, networks, state)
-    recorder = _Recorder(networks, config.duration)
-    sim.reset()
-    for _ in range(recorder.n_steps):
-        brain.run(sim, 1)
-        recorder.add(sim, brain)
+    config = replace(config, loop="fused")  # whose activations can be read
+    episode = start_episode(config, genomes, training * len(genomes))
+    assert isinstance(episode.network, hebbtorch.HebbianMLP)
+    assert isinstance(episode.loop, fused.Brain)
+    recorder = _Recorder(episode.network, config.duration)
+    for _ in range(episode.n_steps):
+        episode.run(1)
+        recorder.add(episode.sim, episode.loop)
     return recorder.recording()
 
 

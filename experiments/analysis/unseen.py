@@ -12,9 +12,9 @@ from torch import Tensor
 from experiments.config import EvolveConfig
 from experiments.files.csvfile import write_csv
 from experiments.files.outputs import require_writable
-from experiments.rollout import controller, seeds
-from experiments.rollout.evaluate import lives
-from experiments.rollout.scenarios import Grounds
+from experiments.rollout import seeds
+from experiments.rollout.episode import start_episode
+from experiments.rollout.scenarios import Scenarios
 from experiments.runs.champions import Champions
 from experiments.runs.names import evaluation_file
 
@@ -34,13 +34,13 @@ class Assessment:
     Attributes:
         champions: of the run.
         config: the conditions that they met.
-        grounds: S of them.
+        scenarios: S of them.
         speeds: [m/s], shape (runs, S), float64, NaN where the life failed.
     """
 
     champions: Champions
     config: EvolveConfig
-    grounds: Grounds
+    scenarios: Scenarios
     speeds: Tensor
 
     def write(self, out: Path) -> Path:
@@ -48,29 +48,27 @@ class Assessment:
         rows = [
             (run, name, self.config.damage, speed)
             for run, own in enumerate(self.speeds.tolist())
-            for name, speed in zip(self.grounds.names, own, strict=True)
+            for name, speed in zip(self.scenarios.names, own, strict=True)
         ]
         return write_csv(out, ("run", "terrain", "damage", "speed"), rows)
 
 
-def speeds_on(config: EvolveConfig, genomes: Tensor, grounds: Grounds) -> Tensor:
-    """Speeds of individuals, each on each of several grounds.
+def speeds_on(config: EvolveConfig, genomes: Tensor, scenarios: Scenarios) -> Tensor:
+    """Speeds of individuals, each in each of several scenarios.
 
     Args:
         config: of their evolution, or with another `damage`.
         genomes: shape (K, G).
-        grounds: S of them.
+        scenarios: S of them.
 
     Returns:
         Speeds [m/s], shape (K, S), float64, NaN where the life failed. All K individuals meet
         the same terrains, noise and damage.
     """
-    n_individuals, n_grounds = len(genomes), len(grounds)
-    networks = controller.build(config, n_individuals * n_grounds)
-    networks.set_genomes(genomes.repeat_interleave(n_grounds, 0))
-    all_grounds = grounds * n_individuals
-    life = lives(config, networks, all_grounds.terrains(), all_grounds.worlds, all_grounds.births)
-    return life.speed.cpu().reshape(n_individuals, n_grounds)
+    n_individuals, n_scenarios = len(genomes), len(scenarios)
+    each = genomes.repeat_interleave(n_scenarios, 0)
+    outcome = start_episode(config, each, scenarios * n_individuals).finish()
+    return outcome.speed.cpu().reshape(n_individuals, n_scenarios)
 
 
 def reassess(
@@ -81,13 +79,13 @@ def reassess(
     Args:
         config: of their evolution, or with another `terrain` or `damage`.
         genomes: shape (K, G).
-        terrain_seeds: as in `Grounds.unseen`.
-        seed: as in `Grounds.unseen`.
+        terrain_seeds: as in `Scenarios.unseen`.
+        seed: as in `Scenarios.unseen`.
 
     Returns:
         As `speeds_on`.
     """
-    return speeds_on(config, genomes, Grounds.unseen(config.terrain, terrain_seeds, seed))
+    return speeds_on(config, genomes, Scenarios.unseen(config.terrain, terrain_seeds, seed))
 
 
 def assess(
@@ -116,8 +114,8 @@ def assess(
         damage=champions.config.damage if damage is None else damage,
     )
     config.validate()
-    grounds = Grounds.unseen(config.terrain, seeds.unseen_terrain_seeds(n_terrains), seed)
-    return Assessment(champions, config, grounds, speeds_on(config, champions.genomes, grounds))
+    scenarios = Scenarios.unseen(config.terrain, seeds.unseen_terrain_seeds(n_terrains), seed)
+    return Assessment(champions, config, scenarios, speeds_on(config, champions.genomes, scenarios))
 
 
 def report(

@@ -1,4 +1,4 @@
-"""One life: the order of acting and sensing, and how speed is measured."""
+"""One episode: the order of acting and sensing, and how speed is measured."""
 
 from dataclasses import replace
 from functools import partial
@@ -9,16 +9,19 @@ import torch
 
 import hebbtorch
 from experiments.config import EvolveConfig
-from experiments.rollout import controller, fused
-from experiments.rollout.episode import Life, live
-from experiments.rollout.evaluate import world
+from experiments.rollout import Episode, Outcome, Scenarios, controller, fused, simulator
 from physics import Simulator, Terrain
 
 N = 3
 
 
+def live(sim: Simulator, network: Any, duration: float, trace: bool = False, **options) -> Outcome:
+    return Episode(sim, network, duration, **options).finish(trace=trace)
+
+
 def born(config: EvolveConfig):
-    sim = world(config, [Terrain.from_name(f"hilly-3-30-{i}") for i in range(N)], list(range(N)))
+    terrains = [Terrain.from_name("hilly-3-30", seed=i) for i in range(N)]
+    sim = simulator(config, Scenarios(terrains, list(range(N)), list(range(N))))
     networks = controller.build(config, N)
     genomes = torch.rand(N, networks.n_genes, generator=torch.Generator().manual_seed(1)) * 2 - 1
     networks.set_genomes(genomes)
@@ -120,8 +123,8 @@ def test_a_life_starts_at_birth_whatever_came_before(tiny: EvolveConfig) -> None
 def test_weights_at_birth_matter(tiny: EvolveConfig) -> None:
     sim, networks = born(tiny)
     state = networks.initial_state("uniform", generator=torch.Generator().manual_seed(0))
-    given: Life = live(sim, networks, tiny.duration, state=state)
-    default: Life = live(sim, networks, tiny.duration)
+    given: Outcome = live(sim, networks, tiny.duration, state=state)
+    default: Outcome = live(sim, networks, tiny.duration)
     assert not torch.equal(given.speed, default.speed)
     zero = live(sim, networks, tiny.duration, state=networks.initial_state())
     assert torch.equal(zero.speed, default.speed)
