@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import torch
@@ -50,6 +51,8 @@ class Simulator(Observed):
         damage: Damage | None = None,
         lifetime: float | Sequence[float] | None = None,
         engine: Engine | None = None,
+        friction: float | None = None,
+        control_interval: int = 1,
         threads: int | None = None,
         lanes: int | None = None,
     ) -> None:
@@ -70,6 +73,10 @@ class Simulator(Observed):
             damage: when and how voxels break.
             lifetime: [s], one for all or N of them; a world that reaches it stands still.
             engine: settings of the solver.
+            friction: coefficient between a square and the ground, as `Engine.friction`.
+            control_interval: engine steps of 1/60 s in a control step. `step`, `run` and
+                controllers in the kernel act once per control step; sensors sample, and voxels
+                break, at every engine step.
             threads: at most so many; None: all cores.
             lanes: worlds per vector; None: the fastest; 1 gives the scalar program, for checks.
 
@@ -88,7 +95,8 @@ class Simulator(Observed):
         self.damage = checks.instance("damage", damage, Damage)
         self._noise = checks.finite("noise", noise, 0.0)
         self._gravity = checks.finite("gravity", gravity)
-        self._engine = checks.instance("engine", engine, Engine) or Engine()
+        self._engine = _engine(engine, friction)
+        self.control_interval = checks.positive_integer("control_interval", control_interval)
         self._seeds = checks.world_seeds(seed, self.n_worlds)
         self._lifetimes = checks.lifetimes_in_steps(lifetime, self.n_worlds)
         self._terrains = checks.terrain_list(terrain, self.n_worlds)
@@ -134,7 +142,7 @@ class Simulator(Observed):
         return self._look()
 
     def step(self, actuation: Tensor) -> Tensor | None:
-        """One control step of 1/60 s under an actuation, then sensing.
+        """One control step under an actuation, then sensing.
 
         Args:
             actuation: (N, V), clipped to [-1, 1]; +1 contracts, -1 expands.
@@ -167,11 +175,20 @@ class Simulator(Observed):
         actions = actuations.detach().to(self.device, self.dtype).contiguous()
         if self.device.type == "cpu" and not bool(torch.isfinite(actions).all()):
             raise ValueError("actuation: expected finite numbers, got NaN or infinity")
-        self._reserve(len(actions))
+        steps = len(actions) * self.control_interval
+        self._reserve(steps)
         readings = self._readings()
-        self._play(actions, readings, 0, len(actions))
-        self._steps += len(actions)
+        self._play(actions, readings, 0, steps)
+        self._steps += steps
         return self._given(readings)
+
+    def control_steps(self, duration: float) -> int:
+        """Control steps of a rollout of so many seconds, the last one in full.
+
+        Raises:
+            ValueError: the duration is negative or not finite.
+        """
+        return -(-clock.steps_in(duration) // self.control_interval)
 
     def run_closed_loop(
         self, kernel: Callable[[backend.Program], backend.Kernel], brain: Tensor, steps: int
@@ -182,7 +199,7 @@ class Simulator(Observed):
             kernel: gives the kernel for a program; the same one whenever it is asked.
             brain: the controller's tensor, (groups, items, lanes), of this simulator's dtype,
                 changed in place; its memory in the order of kernels (`backend.unpacked`).
-            steps: how many.
+            steps: how many control steps.
 
         Raises:
             ValueError: a tensor for other worlds, of another type or in another order.
@@ -195,11 +212,12 @@ class Simulator(Observed):
                 f"brain: expected {self.dtype} in the order of backend.unpacked, got "
                 f"{brain.dtype} with strides {brain.stride()}"
             )
-        self._reserve(steps)
-        for part in self._grouping.parts_for(steps):
+        engine_steps = steps * self.control_interval
+        self._reserve(engine_steps)
+        for part in self._grouping.parts_for(engine_steps):
             tensors = *self.kernel_tensors(part.program), part.program.packed(brain)
             kernel(part.program)(*tensors, steps, part.first, part.count, part.chunks)
-        self._steps += steps
+        self._steps += engine_steps
 
     def kernel_tensors(self, program: backend.Program) -> tuple[Tensor, ...]:
         """What every kernel takes first: state, lists, ground, and the model's two tables."""
@@ -277,6 +295,7 @@ class Simulator(Observed):
             self.damage.mode if self.damage else "rest",
             max_steps,
             self.lanes,
+            self.control_interval,
         )
         self._integers = torch.from_numpy(self._model.integers).to(self.device)
         self._numbers = torch.from_numpy(self._model.numbers).to(self.device, self.dtype)
@@ -325,3 +344,16 @@ class Simulator(Observed):
         if checks.tensor("worlds", worlds, worlds=self.n_worlds).dtype != torch.bool:
             raise ValueError(f"worlds: expected a bool mask, got {worlds.dtype}")
         return worlds
+
+
+def _engine(engine: Engine | None, friction: float | None) -> Engine:
+    """The settings of the solver, with the friction where it is given by itself."""
+    settings = checks.instance("engine", engine, Engine) or Engine()
+    if friction is None:
+        return settings
+    if settings.friction != Engine().friction:
+        raise ValueError(
+            f"friction: expected it once, got friction={friction!r} and "
+            f"engine.friction={settings.friction!r}; leave one of them out"
+        )
+    return replace(settings, friction=checks.finite("friction", friction, 0.0))

@@ -128,7 +128,8 @@ def record(
     Raises:
         ValueError: as in :func:`film_run`.
     """
-    first, last = _window(config.duration, start, seconds)
+    steps = _window(config.duration, start, seconds)
+    first, last = (-(-step // config.control_interval) for step in steps)
     config = replace(config, threads=1)  # one robot gains nothing from more
     scenarios = Scenarios.unseen(config.terrain, [seed])
     (terrain,) = scenarios.terrains
@@ -222,7 +223,7 @@ def _rate(steps: int) -> float:
 
 
 def _window(duration: float, start: float | None, seconds: float) -> tuple[int, int]:
-    """First and last control step to record, from 1."""
+    """First and last engine step to record, from 1."""
     if not seconds > 0:
         raise ValueError(f"seconds: expected a number > 0, got {seconds}")
     if start is None:

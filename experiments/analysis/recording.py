@@ -33,7 +33,6 @@ from experiments.runs.champions import Champions
 from experiments.runs.names import RECORDING, RECORDING_MEASURES
 from experiments.runs.tensorboard import Tracker
 from physics import Simulator
-from physics.scene.clock import steps_in
 
 __all__ = ["Recording", "describe", "observe", "show", "times_of", "write"]
 
@@ -158,7 +157,7 @@ def observe(config: EvolveConfig, genomes: Tensor, training: Scenarios) -> Recor
     episode = start_episode(config, genomes, training * len(genomes))
     assert isinstance(episode.network, hebbtorch.HebbianMLP)
     assert isinstance(episode.loop, fused.Brain)
-    recorder = _Recorder(episode.network, config.duration)
+    recorder = _Recorder(episode.network, episode.sim, config.duration)
     for _ in range(episode.n_steps):
         episode.run(1)
         recorder.add(episode.sim, episode.loop)
@@ -168,11 +167,11 @@ def observe(config: EvolveConfig, genomes: Tensor, training: Scenarios) -> Recor
 class _Recorder:
     """Takes down K lives step by step; see `Recording`."""
 
-    def __init__(self, networks: hebbtorch.HebbianMLP, duration: float) -> None:
-        self.n_steps = steps_in(duration)
+    def __init__(self, networks: hebbtorch.HebbianMLP, sim: Simulator, duration: float) -> None:
+        self.n_steps = sim.control_steps(duration)
         self._times = times_of(duration)
-        self._ends = [max(1, steps_in(time)) for time in self._times]
-        self._first_kept = max(1, self.n_steps - steps_in(_LAST) + 1)
+        self._ends = [max(1, sim.control_steps(time)) for time in self._times]
+        self._first_kept = max(1, self.n_steps - sim.control_steps(_LAST) + 1)
         self._step = 0
         self._changes = [TermSizes(networks) for _ in self._times]
         self._weights: list[tuple[Tensor, ...]] = []

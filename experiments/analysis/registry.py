@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from experiments.analysis import pruning
+from experiments.analysis import generalization, paired, pruning
 from experiments.analysis import recording as inner
 from experiments.analysis import validation_matrix as validation
 from experiments.analysis.freezing import freeze, plastic_champions
@@ -16,7 +16,15 @@ from experiments.analysis.unseen import assess
 from experiments.runs import names
 from experiments.runs.champions import Champions
 
-__all__ = ["frozen", "inner_life", "matrix", "pruned", "unseen_terrains"]
+__all__ = [
+    "frozen",
+    "generalized",
+    "inner_life",
+    "matrix",
+    "paired_speeds",
+    "pruned",
+    "unseen_terrains",
+]
 
 
 def unseen_terrains(run_folder: Path) -> Path:
@@ -37,6 +45,26 @@ def frozen(run_folder: Path) -> Path:
     """
     out = run_folder / names.FREEZING
     return out if out.exists() else freeze(plastic_champions(run_folder)).write(out)
+
+
+def paired_speeds(run_folder: Path) -> Path:
+    """Champions, and those of generations before, plastic and frozen: paired.csv.
+
+    Raises:
+        ValueError: the run cannot be read.
+    """
+    out = run_folder / names.PAIRED
+    return out if out.exists() else paired.write(run_folder)
+
+
+def generalized(run_folder: Path) -> Path:
+    """Champions where something is different from their evolution: generalization.csv.
+
+    Raises:
+        ValueError: the run cannot be read.
+    """
+    out = run_folder / names.GENERALIZATION
+    return out if out.exists() else generalization.write(run_folder)
 
 
 def inner_life(run_folder: Path) -> Path:

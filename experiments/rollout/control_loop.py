@@ -33,6 +33,7 @@ class TorchLoop:
         """Act, sense and compute the next actuation, for some control steps."""
         for _ in range(steps):
             readings = sim.step(self._actuation)
+            assert readings is not None, "a controller needs readings"
             self._actuation, self._state = self._network(readings, self._state)
 
     def state(self) -> hebbtorch.State:
@@ -72,9 +73,11 @@ def control_loop(
 def _is_own(network: Controller) -> bool:
     """Whether the kernel computes what the network does: nothing in it is overridden."""
     if type(network) is hebbtorch.StaticMLP:
-        return True
+        activations = (network.activation, network.output_activation, network.input_activation)
+        return not network.biases and activations == ("tanh", "tanh", "identity")
     return (
         type(network) is hebbtorch.HebbianMLP
+        and not network.constant_last_input
         and all(type(layer) is hebbtorch.HebbianLinear for layer in network.layers)
         and len({layer.normalize for layer in network.layers}) == 1
     )

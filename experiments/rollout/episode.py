@@ -7,6 +7,7 @@ outcome = episode.finish()  # or episode.run(steps), and look at episode.sim mea
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import torch
 from torch import Tensor
@@ -17,8 +18,7 @@ from experiments.rollout import controller
 from experiments.rollout.control_loop import Loop, control_loop
 from experiments.rollout.controller import Controller
 from experiments.rollout.scenarios import Scenarios, damage
-from physics import Apparatus, Engine, Morphology, Simulator
-from physics.scene.clock import steps_in
+from physics import Apparatus, Morphology, Simulator
 
 __all__ = ["Episode", "Outcome", "simulator", "start_episode"]
 
@@ -68,7 +68,7 @@ class Episode:
         Args:
             sim: N worlds.
             network: N networks, with their genomes.
-            duration: Length of the episode [s].
+            duration: Length of the episode [s], rounded up to whole control steps.
             state: Of the networks at the beginning; by default their `initial_state()`.
             loop: See `control_loop`.
 
@@ -77,7 +77,7 @@ class Episode:
         """
         self.sim = sim
         self.network = network
-        self.n_steps = steps_in(duration)
+        self.n_steps = sim.control_steps(duration)
         self.steps_done = 0
         self.loop = control_loop(
             sim, network, network.initial_state() if state is None else state, loop
@@ -97,7 +97,7 @@ class Episode:
 
     def run_until(self, seconds: float) -> None:
         """Go on up to a time of the episode [s]."""
-        self.run(steps_in(seconds) - self.steps_done)
+        self.run(self.sim.control_steps(seconds) - self.steps_done)
 
     @torch.no_grad()
     def finish(self, *, trace: bool = False) -> Outcome:
@@ -142,8 +142,8 @@ def start_episode(
     *,
     shape: Morphology | None = None,
     sensors: Apparatus | None = None,
-    engine: Engine | None = None,
     network: Controller | None = None,
+    **physics: Any,
 ) -> Episode:
     """Begin the episodes of individuals, each in a world of its own.
 
@@ -154,8 +154,9 @@ def start_episode(
         scenarios: What each individual meets, N of them.
         shape: A body in place of the options'.
         sensors: An apparatus in place of the options'.
-        engine: Settings of the physics engine in place of the defaults.
         network: Networks of N individuals to use again, as `controller.build` made them.
+        physics: Other keywords of `Simulator` in place of what the options say, such as engine,
+            gravity or damage.
 
     Raises:
         ValueError: genomes and scenarios are not equally many, or the genomes do not fit.
@@ -167,7 +168,7 @@ def start_episode(
     if network is None:
         network = controller.build(config, len(genomes), shape, sensors)
     network.set_genomes(genomes)
-    sim = simulator(config, scenarios, shape=shape, sensors=sensors, engine=engine)
+    sim = simulator(config, scenarios, shape=shape, sensors=sensors, **physics)
     state = controller.initial_state(network, config.init, scenarios.init_seeds)
     return Episode(sim, network, config.duration, state=state, loop=config.loop)
 
@@ -178,7 +179,7 @@ def simulator(
     *,
     shape: Morphology | None = None,
     sensors: Apparatus | None = None,
-    engine: Engine | None = None,
+    **physics: Any,
 ) -> Simulator:
     """The worlds of some scenarios, without controllers.
 
@@ -187,17 +188,20 @@ def simulator(
         scenarios: What the worlds are, N of them.
         shape: A body in place of the options'.
         sensors: An apparatus in place of the options'.
-        engine: Settings of the physics engine in place of the defaults.
+        physics: Other keywords of `Simulator` in place of what the options say.
     """
+    options: dict[str, Any] = {
+        "noise": config.noise,
+        "control_interval": config.control_interval,
+        "damage": damage(config),
+        "device": config.device,
+        "threads": config.threads,
+    }
     return Simulator(
         shape or config.shape,
         scenarios.terrains,
         n_worlds=len(scenarios),
         sensors=sensors or config.sensors,
-        noise=config.noise,
-        device=config.device,
         seed=scenarios.world_seeds,
-        damage=damage(config),
-        engine=engine,
-        threads=config.threads,
+        **(options | physics),
     )

@@ -53,7 +53,8 @@ class Champions:
         path = folder / CHAMPIONS
         if not path.is_file():
             raise ValueError(
-                f"run: expected the folder of a finished run, got {str(folder)!r} without {CHAMPIONS}; "
+                f"run: expected the folder of a finished run, got {str(folder)!r} without "
+                f"{CHAMPIONS}; "
                 f"finish it with `hebbtorch evolve --resume {folder}`"
             )
         try:

@@ -20,6 +20,7 @@ def command(S: ti.template(), g, m: ti.template(), voxel, value, T: ti.template(
     """Sets the actuation of a voxel for the next step, unless damage keeps it from obeying."""
     block = voxel * lay.VOXEL_ITEMS
     one = T.vec(1.0)
+    S[g, block + lay.COMMAND] = value
     clipped = limited(value, one, T)
     fails = broken(S, g, m, block, T)
     if m.damage_mode != BLIND and any_lane(fails, T):
@@ -29,7 +30,14 @@ def command(S: ti.template(), g, m: ti.template(), voxel, value, T: ti.template(
         elif m.damage_mode == RANDOM:
             for lane in range(T.lanes):
                 bits = noise.bits(noise.key(S, g, m, lane), noise.ACTUATION, voxel)
-                S[g, block + lay.COMMAND][lane] = ti.cast(noise.uniform(bits), T.f)
-            stuck = S[g, block + lay.COMMAND] * T.f(2.0) - one
+                S[g, block + lay.ACTUATION][lane] = ti.cast(noise.uniform(bits), T.f)
+            stuck = S[g, block + lay.ACTUATION] * T.f(2.0) - one
         clipped = ti.select(fails, stuck, clipped)
     S[g, block + lay.ACTUATION] = clipped
+
+
+@ti.func
+def hold(S: ti.template(), g, m: ti.template(), T: ti.template()):
+    """Keeps the commands of the last control step in force; voxels may break in between."""
+    for v in range(m.voxels):
+        command(S, g, m, v, S[g, v * lay.VOXEL_ITEMS + lay.COMMAND], T)

@@ -29,15 +29,15 @@ def _publish(S: ti.template(), g, m: ti.template(), readings: ti.template(), T: 
 
 @ti.func
 def _take_commands(
-    S: ti.template(), g, m: ti.template(), actions: ti.template(), t, T: ti.template()
+    S: ti.template(), g, m: ti.template(), actions: ti.template(), row, T: ti.template()
 ):
-    """Copies row t of the caller's (steps, N, V) actuations to a group."""
+    """Copies a row of the caller's (control steps, N, V) actuations to a group."""
     for v in range(m.voxels):
         o = v * lay.VOXEL_ITEMS + lay.COMMAND
         for lane in range(T.lanes):
             world = g * T.places + lane
             if world < actions.shape[1]:
-                S[g, o][lane] = actions[t, world, v]
+                S[g, o][lane] = actions[row, world, v]
         actuation.command(S, g, m, v, S[g, o], T)
 
 
@@ -54,10 +54,10 @@ def play(program: Program) -> Kernel:
     """The kernel for given actuations: ``(S, lists, terrain, mi, mf, actions, readings, begin,
     end, first, count, chunks)``.
 
-    It takes the steps from ``begin`` to before ``end`` in groups ``first`` to before ``first +
-    count``, the actuations of step t from row t. A step -1 moves nothing: it finds contacts and
-    readings of the present poses. That this is no kernel of its own spares a quarter of what is
-    compiled before the first step.
+    It takes the engine steps from ``begin`` to before ``end`` in groups ``first`` to before
+    ``first + count``, the actuations of each control step from a row of its own. A step -1
+    moves nothing: it finds contacts and readings of the present poses. That this is no kernel of
+    its own spares a quarter of what is compiled before the first step.
     """
     backend.start(program.device)
     T = backend.real(program)
@@ -87,7 +87,7 @@ def play(program: Program) -> Kernel:
                         partial_group.squeeze(state, g, T)
                     for t in range(begin, end):
                         if t >= 0:
-                            _take_commands(state, g, m, actions, t, T)
+                            _take_commands(state, g, m, actions, t // m.control_interval, T)
                             step.advance(state, contacts, g, m, mi, mf, T)
                         step.touch(state, contacts, terrain, g, m, mi, mf, t >= 0, T)
                         sense(state, g, m, mi, mf, T)
@@ -109,8 +109,8 @@ def closed_loop(program: Program, controller: Callable[..., Any]) -> Kernel:
             ``brain`` is a tensor (groups, items, lanes) of its own.
 
     Returns:
-        ``kernel(S, lists, terrain, mi, mf, brain, steps, first, count, chunks)``; the groups
-        and chunks as in `play`.
+        ``kernel(S, lists, terrain, mi, mf, brain, steps, first, count, chunks)``, which takes so
+        many control steps; the groups and chunks as in `play`.
     """
     backend.start(program.device)
     T = backend.real(program)
@@ -138,9 +138,12 @@ def closed_loop(program: Program, controller: Callable[..., Any]) -> Kernel:
                         partial_group.squeeze(state, g, T)
                         partial_group.squeeze(network, g, T)
                     for _ in range(steps):
-                        step.advance(state, contacts, g, m, mi, mf, T)
-                        step.touch(state, contacts, terrain, g, m, mi, mf, True, T)
-                        sense(state, g, m, mi, mf, T)
+                        for part in range(m.control_interval):
+                            if part > 0:
+                                actuation.hold(state, g, m, T)
+                            step.advance(state, contacts, g, m, mi, mf, T)
+                            step.touch(state, contacts, terrain, g, m, mi, mf, True, T)
+                            sense(state, g, m, mi, mf, T)
                         controller(state, network, g, m, T)
                     if ti.static(T.narrow):
                         partial_group.spread(state, g, T)
