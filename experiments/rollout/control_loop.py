@@ -25,6 +25,7 @@ class TorchLoop:
     def __init__(self, sim: Simulator, network: Controller, state: hebbtorch.State) -> None:
         self._network = network
         self._state = state
+        self._options: dict[str, bool] = {}
         self._actuation = torch.zeros(
             sim.n_worlds, sim.n_voxels, dtype=sim.dtype, device=sim.device
         )
@@ -34,7 +35,11 @@ class TorchLoop:
         for _ in range(steps):
             readings = sim.step(self._actuation)
             assert readings is not None, "a controller needs readings"
-            self._actuation, self._state = self._network(readings, self._state)
+            self._actuation, self._state = self._network(readings, self._state, **self._options)
+
+    def freeze(self) -> None:
+        """End learning: from now on the weights stay as they are."""
+        self._options["plastic"] = False
 
     def state(self) -> hebbtorch.State:
         """The weights as they are now."""

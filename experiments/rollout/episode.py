@@ -95,6 +95,10 @@ class Episode:
         self.loop.run(self.sim, steps)
         self.steps_done += steps
 
+    def freeze(self) -> None:
+        """End learning: from now on the weights stay as they are."""
+        self.loop.freeze()
+
     def run_until(self, seconds: float) -> None:
         """Go on up to a time of the episode [s]."""
         self.run(self.sim.control_steps(seconds) - self.steps_done)

@@ -16,6 +16,7 @@ N = 3
 
 
 def live(sim: Simulator, network: Any, duration: float, trace: bool = False, **options) -> Outcome:
+    sim.reset(seeds=list(range(N)))  # the first episode of these seeds, whatever came before
     return Episode(sim, network, duration, **options).finish(trace=trace)
 
 
@@ -163,3 +164,19 @@ def test_a_brain_for_other_worlds_is_refused(change: Any, message: str) -> None:
     brain.run(sim, 1)
     with pytest.raises(ValueError, match=message):
         replace(brain, items=change(brain.items)).run(sim, 1)
+
+
+def test_frozen_in_the_middle_the_weights_stay_and_the_robot_goes_on(tiny: EvolveConfig) -> None:
+    ends = []
+    for loop in ("fused", "torch"):
+        sim, networks = born(tiny)
+        episode = Episode(sim, networks, tiny.duration, loop=loop)
+        episode.run(episode.n_steps // 2)
+        episode.freeze()
+        frozen, before = episode.state().weights, sim.actuation()
+        outcome = episode.finish()
+        assert all(map(torch.equal, outcome.state.weights, frozen))
+        assert frozen[0].any()
+        assert not torch.equal(sim.actuation(), before)
+        ends.append(sim.mass_poses())
+    torch.testing.assert_close(*ends, rtol=0, atol=1e-4)  # sums in another order
