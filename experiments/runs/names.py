@@ -17,6 +17,7 @@ __all__ = [
     "MATRIX",
     "PAIRED",
     "PRUNING",
+    "RANDOM_GENOMES",
     "RECORDING",
     "RECORDING_MEASURES",
     "evaluation_file",
@@ -36,6 +37,7 @@ GENERALIZATION = "generalization.csv"
 MATRIX = "matrix.csv"
 RECORDING = "inner_life.npz"
 RECORDING_MEASURES = "inner_life.json"
+RANDOM_GENOMES = "random_genomes.json"
 
 EVALUATION_TERRAINS = 10
 """Unseen terrains of a re-assessment, as in the paper (Sec. IV-A)."""
