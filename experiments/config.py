@@ -71,6 +71,9 @@ class EvolveConfig:
     noise: float = 0.01
     """Standard deviation of the sensor noise, in units of each sensor's range."""
 
+    control_interval: int = 1
+    """Steps of 1/60 s in a control step: the controller acts and learns once per control step."""
+
     runs: int = 1
     """Independent runs to evolve side by side; run r is the run that --seed SEED+r alone gives."""
 
@@ -129,6 +132,7 @@ class EvolveConfig:
         for name, least in (
             ("generations", 1),
             ("population", _LEAST_POPULATION),
+            ("control_interval", 1),
             ("runs", 1),
             ("seed", 0),
             ("threads", 1),
@@ -148,7 +152,7 @@ class EvolveConfig:
             raise ValueError(f'eta: expected a finite number or "evolved", got {self.eta!r}')
 
     def _check_controller(self) -> None:
-        from hebbtorch.bank import check_terms
+        from hebbtorch.rule_bank import check_terms
 
         check_terms(self.terms)
         if self.controller != "mlp":

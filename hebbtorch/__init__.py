@@ -23,17 +23,17 @@ Source: Ferigo, Iacca, Medvet, Pigozzi, "Evolving Hebbian Learning Rules in Voxe
 Robots". Equation, section and algorithm numbers in this package are that paper's.
 """
 
-from hebbtorch.bank import RuleBank
-from hebbtorch.bounds import l2_normalize, minmax_rescale
-from hebbtorch.evolution import AskTell, EvolutionStrategy
+from hebbtorch.evolution_strategy import AskTell, EvolutionStrategy
+from hebbtorch.functional.bounds import l2_normalize, minmax_rescale
+from hebbtorch.functional.rules import Rule, abcd_update
 from hebbtorch.genome import Evolvable, GeneBlock
 from hebbtorch.linear import HebbianLinear
 from hebbtorch.mlp import HebbianMLP
-from hebbtorch.rules import Rule, abcd_update
+from hebbtorch.rule_bank import RuleBank
 from hebbtorch.sharing import SHARINGS, RuleGrid, rule_grid
 from hebbtorch.state import State
 from hebbtorch.stateful import Stateful
-from hebbtorch.static import StaticMLP
+from hebbtorch.static import StaticMLP, StaticRNN
 
 __all__ = [
     "SHARINGS",
@@ -49,6 +49,7 @@ __all__ = [
     "State",
     "Stateful",
     "StaticMLP",
+    "StaticRNN",
     "abcd_update",
     "l2_normalize",
     "minmax_rescale",

@@ -7,12 +7,12 @@ from collections.abc import Hashable, Sequence
 import torch
 from torch import Tensor, nn
 
-from hebbtorch.activation import check_activation, weighted_tanh
-from hebbtorch.bank import ETA, TERMS, RuleBank
-from hebbtorch.bounds import bound_named
-from hebbtorch.draws import Generators, check_init, draw_uniform
+from hebbtorch.functional.activation import fitting_input, weighted_sum
+from hebbtorch.functional.bounds import bound_named
+from hebbtorch.functional.rules import Rule, abcd_update
 from hebbtorch.genome import Evolvable, check_batch, check_population, check_sizes
-from hebbtorch.rules import Rule, abcd_update
+from hebbtorch.rule_bank import ETA, TERMS, RuleBank
+from hebbtorch.sampling import Generators, check_init, draw_uniform
 from hebbtorch.sharing import rule_grid
 from hebbtorch.state import State, check_state
 
@@ -33,6 +33,8 @@ class HebbianLinear(Evolvable):
             "minmax": they are mapped onto [-1, 1].
         terms: which terms of the rule exist, such as "BCD" without A; the others have no genes
             and are zero.
+        exchange_bc: True lets B weigh the post- and C the pre-synaptic activation, as the paper's
+            own code does; Eq. (3) has them the other way round.
         population: P, dimensions of the population.
         dtype: of the coefficients and the weights; None for torch's default.
         device: where they live; None for torch's default.
@@ -51,6 +53,7 @@ class HebbianLinear(Evolvable):
         eta: float | str = ETA,
         normalize: str | None = None,
         terms: str = TERMS,
+        exchange_bc: bool = False,
         population: Sequence[int] = (),
         dtype: torch.dtype | None = None,
         device: torch.device | str | None = None,
@@ -63,7 +66,13 @@ class HebbianLinear(Evolvable):
         self._bound = bound_named(normalize)
         grid = rule_grid(sharing, self.n_in, self.n_out, groups)
         self.rules = RuleBank(
-            grid, eta=eta, terms=terms, population=self.population, dtype=dtype, device=device
+            grid,
+            eta=eta,
+            terms=terms,
+            exchange_bc=exchange_bc,
+            population=self.population,
+            dtype=dtype,
+            device=device,
         )
 
     def gene_parameters(self) -> list[tuple[int, str, nn.Parameter]]:
@@ -125,8 +134,8 @@ class HebbianLinear(Evolvable):
                 f"state: expected weights of {dtype}, as the rules are, got {weights.dtype}; "
                 f"convert with state.to(dtype={dtype})"
             )
-        check_activation(x, weights, self.n_in, self.n_out, self.population)
-        return weighted_tanh(x, weights)
+        x = fitting_input(x, weights, self.n_in, self.n_out, self.population)
+        return torch.tanh(weighted_sum(x, weights))
 
     def update(self, weights: Tensor, pre: Tensor, post: Tensor) -> Tensor:
         """The weights after one plastic step: Eq. (3), then the bound, if any.

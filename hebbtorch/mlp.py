@@ -8,10 +8,10 @@ from itertools import pairwise
 import torch
 from torch import Tensor, nn
 
-from hebbtorch.bank import ETA, TERMS, RuleBank
-from hebbtorch.draws import Generators
 from hebbtorch.genome import Evolvable, check_population, check_sizes
 from hebbtorch.linear import HebbianLinear
+from hebbtorch.rule_bank import ETA, TERMS, RuleBank
+from hebbtorch.sampling import Generators
 from hebbtorch.state import State, check_state
 
 
@@ -35,6 +35,10 @@ class HebbianMLP(Evolvable):
             "minmax": they are mapped onto [-1, 1].
         terms: which terms of the rules exist, such as "BCD" without A; the others have no genes
             and are zero.
+        exchange_bc: True lets B weigh the post- and C the pre-synaptic activation, as the paper's
+            own code does; Eq. (3) has them the other way round.
+        constant_last_input: True replaces the last input by 1, a bias for the first layer, as
+            the paper's own code does.
         population: P, dimensions of the population.
         dtype: of the coefficients and the weights; None for torch's default.
         device: where they live; None for torch's default.
@@ -55,6 +59,8 @@ class HebbianMLP(Evolvable):
         eta: float | str = ETA,
         normalize: str | None = None,
         terms: str = TERMS,
+        exchange_bc: bool = False,
+        constant_last_input: bool = False,
         population: Sequence[int] = (),
         dtype: torch.dtype | None = None,
         device: torch.device | str | None = None,
@@ -62,6 +68,7 @@ class HebbianMLP(Evolvable):
         super().__init__()
         self.sizes = check_sizes(sizes)
         self.population = check_population(population)
+        self.constant_last_input = constant_last_input
 
         def layer(
             n_in: int, n_out: int, sharing: str, groups: Sequence[Hashable] | None = None
@@ -74,6 +81,7 @@ class HebbianMLP(Evolvable):
                 eta=eta,
                 normalize=normalize,
                 terms=terms,
+                exchange_bc=exchange_bc,
                 population=self.population,
                 dtype=dtype,
                 device=device,
@@ -136,6 +144,8 @@ class HebbianMLP(Evolvable):
             ValueError: shapes or dtypes that do not fit.
         """
         check_state(state, len(self.layers))
+        if self.constant_last_input:
+            x = torch.cat([x[..., :-1], torch.ones_like(x[..., :1])], -1)
         activations = [x]
         for layer, weights in zip(self.layers, state.weights, strict=True):
             activations.append(layer.activate(activations[-1], weights))

@@ -7,9 +7,9 @@ from typing import Any
 
 from torch import Tensor, nn
 
-from hebbtorch.draws import Generators
 from hebbtorch.linear import HebbianLinear
 from hebbtorch.mlp import HebbianMLP
+from hebbtorch.sampling import Generators
 from hebbtorch.state import State, check_state
 
 

@@ -25,7 +25,6 @@ from experiments.rollout.evaluate import world
 from experiments.rollout.scenarios import Grounds
 from experiments.runs.champions import Champions
 from experiments.runs.folder import write_atomically
-from physics.scene.clock import steps_in
 
 __all__ = ["Freezing", "act", "freeze", "learn", "plastic_champions", "report", "school_and_exam"]
 
@@ -216,8 +215,8 @@ def learn(
     sim.reset()
     snapshots, done = [], 0
     for second in seconds:
-        drive.run(sim, steps_in(second) - done)
-        done = steps_in(second)
+        drive.run(sim, sim.control_steps(second) - done)
+        done = sim.control_steps(second)
         snapshots.append(drive.state().weights)
     return tuple(torch.stack(layer) for layer in zip(*snapshots, strict=True))
 

@@ -32,7 +32,6 @@ from experiments.runs.champions import Champions
 from experiments.runs.folder import write_atomically
 from experiments.runs.tensorboard import Tracker
 from physics import Simulator
-from physics.scene.clock import steps_in
 
 __all__ = ["Recording", "describe", "observe", "show", "times_of", "write"]
 
@@ -161,7 +160,7 @@ def observe(config: EvolveConfig, genomes: Tensor, school: Grounds) -> Recording
     sim = world(config, grounds.terrains(), grounds.worlds)
     state = controller.birth(networks, config.init, grounds.births)
     brain = fused.pack(sim, networks, state)
-    recorder = _Recorder(networks, config.duration)
+    recorder = _Recorder(networks, sim, config.duration)
     sim.reset()
     for _ in range(recorder.n_steps):
         brain.run(sim, 1)
@@ -172,11 +171,11 @@ def observe(config: EvolveConfig, genomes: Tensor, school: Grounds) -> Recording
 class _Recorder:
     """Takes down K lives step by step; see `Recording`."""
 
-    def __init__(self, networks: hebbtorch.HebbianMLP, duration: float) -> None:
-        self.n_steps = steps_in(duration)
+    def __init__(self, networks: hebbtorch.HebbianMLP, sim: Simulator, duration: float) -> None:
+        self.n_steps = sim.control_steps(duration)
         self._times = times_of(duration)
-        self._ends = [max(1, steps_in(time)) for time in self._times]
-        self._first_kept = max(1, self.n_steps - steps_in(_LAST) + 1)
+        self._ends = [max(1, sim.control_steps(time)) for time in self._times]
+        self._first_kept = max(1, self.n_steps - sim.control_steps(_LAST) + 1)
         self._step = 0
         self._changes = [TermSizes(networks) for _ in self._times]
         self._weights: list[tuple[Tensor, ...]] = []

@@ -8,14 +8,22 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from experiments.analysis import pruning
+from experiments.analysis import generalization, paired, pruning
 from experiments.analysis import recording as inner
 from experiments.analysis import validation_matrix as validation
 from experiments.analysis.freezing import freeze, plastic_champions
 from experiments.analysis.unseen import assess, default_file
 from experiments.runs.champions import Champions
 
-__all__ = ["frozen", "inner_life", "matrix", "pruned", "unseen_terrains"]
+__all__ = [
+    "frozen",
+    "generalized",
+    "inner_life",
+    "matrix",
+    "paired_speeds",
+    "pruned",
+    "unseen_terrains",
+]
 
 _TERRAINS = 10  # as in the paper, Sec. IV-A
 
@@ -38,6 +46,26 @@ def frozen(run_folder: Path) -> Path:
     """
     out = run_folder / "freeze.csv"
     return out if out.exists() else freeze(plastic_champions(run_folder)).write(out)
+
+
+def paired_speeds(run_folder: Path) -> Path:
+    """Champions, and those of generations before, plastic and frozen: paired.csv.
+
+    Raises:
+        ValueError: the run cannot be read.
+    """
+    out = run_folder / paired.FILE
+    return out if out.exists() else paired.write(run_folder)
+
+
+def generalized(run_folder: Path) -> Path:
+    """Champions where something is different from their evolution: generalization.csv.
+
+    Raises:
+        ValueError: the run cannot be read.
+    """
+    out = run_folder / generalization.FILE
+    return out if out.exists() else generalization.write(run_folder)
 
 
 def inner_life(run_folder: Path) -> Path:

@@ -72,6 +72,7 @@ _NAMED: dict[str, Callable[[Any], str]] = {
     "terrain": lambda value: f"terrain-{value}",
     "sigma": lambda value: f"sigma-{float(value)}",
     "noise": lambda value: f"noise-{float(value)}",
+    "control_interval": lambda value: f"interval-{value}",
 }
 
 

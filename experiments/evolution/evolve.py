@@ -15,6 +15,7 @@ from experiments.evolution.metrics import measure
 from experiments.evolution.progress import ProgressDisplay
 from experiments.rollout.episode import Life
 from experiments.rollout.evaluate import Evaluator
+from experiments.runs.archive import Archive
 from experiments.runs.champions import Champions
 from experiments.runs.folder import Checkpoint, RunStore
 from experiments.runs.history import Row
@@ -77,13 +78,16 @@ class Session:
         tracker: the TensorBoard files.
     """
 
-    def __init__(self, evolution: Evolution, store: RunStore, start: Checkpoint) -> None:
+    def __init__(
+        self, evolution: Evolution, store: RunStore, start: Checkpoint, archive: Archive
+    ) -> None:
         self.folder = store.folder
         self.config = evolution.config
         self.generation = start.generation
         self._evolution = evolution
         self._store = store
         self._history = start.history
+        self._archive = archive
         with ExitStack() as resources:
             resources.enter_context(store)
             self.tracker = resources.enter_context(
@@ -102,7 +106,8 @@ class Session:
         config.validate()
         evolution = Evolution(config)
         start = Checkpoint(generation=0, strategy=evolution.strategy.state_dict())
-        return cls(evolution, RunStore.create(folder, config, start), start)
+        archive = Archive.empty(config, evolution.evaluator.n_genes)
+        return cls(evolution, RunStore.create(folder, config, start), start, archive)
 
     @classmethod
     def resume(cls, folder: Path) -> Session:
@@ -116,8 +121,11 @@ class Session:
             undo.enter_context(store)
             evolution = Evolution(store.config)
             evolution.strategy.load_state_dict(checkpoint.strategy)
+            archive = Archive.load(folder)
+            if archive is None:
+                archive = Archive.empty(store.config, evolution.evaluator.n_genes)
             undo.pop_all()
-        return cls(evolution, store, checkpoint)
+        return cls(evolution, store, checkpoint, archive.until(checkpoint.generation))
 
     @property
     def evolved(self) -> bool:
@@ -143,6 +151,11 @@ class Session:
         ]
         self._log(rows, self._by_run(genomes), life, now - began)
         # In this order, whatever a kill leaves behind is no older than the checkpoint.
+        if Archive.keeps(generation):
+            self._archive = self._archive.with_generation(
+                generation, self._by_run(genomes), fitness
+            )
+            self._archive.save(self.folder)
         self._history.append(rows, self._store.history_file)
         self._store.save(Checkpoint(generation, strategy.state_dict(), self._history))
         self.generation = generation

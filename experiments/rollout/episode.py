@@ -12,7 +12,6 @@ import hebbtorch
 from experiments.rollout import fused
 from experiments.rollout.controller import Controller
 from physics import Simulator
-from physics.scene.clock import steps_in
 
 __all__ = ["Life", "Loop", "Stepwise", "driver", "live"]
 
@@ -54,7 +53,7 @@ def live(
     Args:
         sim: N worlds; they are reset.
         network: N networks, with their genomes.
-        duration: length of a life [s].
+        duration: length of a life [s], rounded up to whole control steps.
         state: of the networks at birth; default: their initial state.
         trace: whether to keep the way of the robots' centres.
         loop: see `driver`.
@@ -65,7 +64,7 @@ def live(
     state = network.initial_state() if state is None else state
     drive = driver(sim, network, state, loop)
     sim.reset()
-    n_steps = steps_in(duration)
+    n_steps = sim.control_steps(duration)
     drive.run(sim, 1)
     start, birth = sim.center_of_mass().double(), sim.time
     way = [start]
@@ -102,6 +101,7 @@ class Stepwise:
         """Act, sense and think, for some control steps."""
         for _ in range(steps):
             readings = sim.step(self._actuation)
+            assert readings is not None, "a controller needs readings"
             self._actuation, self._state = self._network(readings, self._state)
 
     def state(self) -> hebbtorch.State:
@@ -112,9 +112,11 @@ class Stepwise:
 def _is_own(network: Controller) -> bool:
     """Whether the kernel computes what the network does: nothing in it is overridden."""
     if type(network) is hebbtorch.StaticMLP:
-        return True
+        activations = (network.activation, network.output_activation, network.input_activation)
+        return not network.biases and activations == ("tanh", "tanh", "identity")
     return (
         type(network) is hebbtorch.HebbianMLP
+        and not network.constant_last_input
         and all(type(layer) is hebbtorch.HebbianLinear for layer in network.layers)
         and len({layer.normalize for layer in network.layers}) == 1
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 from torch import Tensor
 
@@ -74,23 +75,28 @@ def lives(
     return live(sim, networks, config.duration, state=state, loop=config.loop)
 
 
-def world(config: EvolveConfig, terrains: list[Terrain], world_seeds: list[int]) -> Simulator:
+def world(
+    config: EvolveConfig, terrains: list[Terrain], world_seeds: list[int], **physics: Any
+) -> Simulator:
     """The worlds in which the robots of an evolution live.
 
     Args:
         config: the conditions: shape, sensors, noise, damage (at half of the duration).
         terrains: N terrains.
         world_seeds: N seeds of noise and damage.
+        physics: keywords of `Simulator` in place of what the evolution has, such as gravity.
     """
-    damage = Damage.from_name(config.damage)
+    damage = physics.pop("damage", Damage.from_name(config.damage))
     return Simulator(
         config.shape,
         terrains,
         n_worlds=len(terrains),
         sensors=config.sensors,
         noise=config.noise,
+        control_interval=config.control_interval,
         device=config.device,
         seed=world_seeds,
         damage=None if damage is None else replace(damage, time=config.duration / 2),
         threads=config.threads,
+        **physics,
     )

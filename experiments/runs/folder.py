@@ -3,6 +3,7 @@
 - config.json: the options.
 - checkpoint.pt: all it takes to go on exactly, replaced after every generation.
 - history.csv: fitness, one row per run and generation.
+- archive.safetensors: the best genome of each run in every 25th generation.
 - champion.safetensors: the best genome of each run, once the evolution is finished.
 - events.out.tfevents.*: TensorBoard; in run-0/, run-1/ ... and over-runs/ for several runs.
 - lock: held by the process that writes here.

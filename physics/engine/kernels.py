@@ -28,14 +28,16 @@ def _publish(S: ti.template(), m: ti.template(), readings: ti.template(), T: ti.
 
 
 @ti.func
-def _take_commands(S: ti.template(), m: ti.template(), actions: ti.template(), t, T: ti.template()):
-    """Copies row t of the caller's (steps, N, V) actuations to a group."""
+def _take_commands(
+    S: ti.template(), m: ti.template(), actions: ti.template(), row, T: ti.template()
+):
+    """Copies a row of the caller's (control steps, N, V) actuations to a group."""
     for v in range(m.voxels):
         asked = S.at[v * lay.VOXEL_ITEMS + lay.COMMAND]
         for lane in range(T.lanes):
             world = S.number * T.places + lane
             if world < actions.shape[1]:
-                asked[0][lane] = actions[t, world, v]
+                asked[0][lane] = actions[row, world, v]
         actuation.command(S, m, v, asked[0], T)
 
 
@@ -52,10 +54,10 @@ def play(program: Program) -> Kernel:
     """The kernel for given actuations: ``(S, lists, terrain, mi, mf, actions, readings, begin,
     end, first, count, chunks)``.
 
-    It takes the steps from ``begin`` to before ``end`` in groups ``first`` to before ``first +
-    count``, the actuations of step t from row t. A step -1 moves nothing: it finds contacts and
-    readings of the present poses. That this is no kernel of its own spares a quarter of what is
-    compiled before the first step.
+    It takes the engine steps from ``begin`` to before ``end`` in groups ``first`` to before
+    ``first + count``, the actuations of each control step from a row of its own. A step -1
+    moves nothing: it finds contacts and readings of the present poses. That this is no kernel of
+    its own spares a quarter of what is compiled before the first step.
     """
     backend.start(program.device)
     T = backend.real(program)
@@ -85,7 +87,7 @@ def play(program: Program) -> Kernel:
                         partial_group.squeeze(state, T)
                     for t in range(begin, end):
                         if t >= 0:
-                            _take_commands(state, m, actions, t, T)
+                            _take_commands(state, m, actions, t // m.control_interval, T)
                             step.advance(state, contacts, m, mi, mf, T)
                         step.touch(state, contacts, terrain, m, mi, mf, t >= 0, T)
                         sense(state, m, mi, mf, T)
@@ -107,8 +109,8 @@ def closed_loop(program: Program, controller: Callable[..., Any]) -> Kernel:
             ``brain`` is a tensor (groups, items, lanes) of its own.
 
     Returns:
-        ``kernel(S, lists, terrain, mi, mf, brain, steps, first, count, chunks)``; the groups
-        and chunks as in `play`.
+        ``kernel(S, lists, terrain, mi, mf, brain, steps, first, count, chunks)``, which takes so
+        many control steps; the groups and chunks as in `play`.
     """
     backend.start(program.device)
     T = backend.real(program)
@@ -142,9 +144,12 @@ def closed_loop(program: Program, controller: Callable[..., Any]) -> Kernel:
                         partial_group.squeeze(state, T)
                         partial_group.squeeze(network, T)
                     for _ in range(steps):
-                        step.advance(state, contacts, m, mi, mf, T)
-                        step.touch(state, contacts, terrain, m, mi, mf, True, T)
-                        sense(state, m, mi, mf, T)
+                        for part in range(m.control_interval):
+                            if part > 0:
+                                actuation.hold(state, m, T)
+                            step.advance(state, contacts, m, mi, mf, T)
+                            step.touch(state, contacts, terrain, m, mi, mf, True, T)
+                            sense(state, m, mi, mf, T)
                         controller(state, network, m, T)
                     if ti.static(T.narrow):
                         partial_group.spread(state, T)

@@ -15,6 +15,8 @@ FILES = {
     "inner_life": "inner_life.json",
     "pruned": "pruned.csv",
     "matrix": "matrix.csv",
+    "paired_speeds": "paired.csv",
+    "generalized": "generalization.csv",
 }
 
 

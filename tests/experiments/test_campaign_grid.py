@@ -105,6 +105,7 @@ def test_every_other_option_is_in_a_name() -> None:
         "damage": "half",
         "sigma": 0.1,
         "noise": 0.1,
+        "control_interval": 12,
     }
     options = {field.name for field in dataclasses.fields(EvolveConfig)}
     assert options == {*others, *SCALE_OPTIONS, *MACHINE_OPTIONS}

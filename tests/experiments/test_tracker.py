@@ -42,14 +42,6 @@ def test_resume_replaces_what_ran_ahead(tmp_path: Path) -> None:
     assert scalars(tmp_path, "fitness/best") == [(1, 1.0), (2, 2.0), (3, 30.0), (4, 40.0)]
 
 
-def test_a_run_killed_in_its_first_generation_shows_its_options_once(tmp_path: Path) -> None:
-    for _ in range(2):
-        with Tracker(tmp_path, EvolveConfig(), 1) as tracker:
-            tracker.log(1, [{"fitness/best": 0.5}])
-    assert len(read(tmp_path).Tensors("config/text_summary")) == 1
-    assert scalars(tmp_path, "fitness/best") == [(1, 0.5)]
-
-
 def test_several_runs_have_a_folder_each_and_their_quartiles(tmp_path: Path) -> None:
     with Tracker(tmp_path, EvolveConfig(runs=5), 1) as tracker:
         tracker.log(1, [{"fitness/best": best} for best in (5.0, 1.0, 4.0, 2.0, 3.0)])
@@ -89,14 +81,6 @@ def test_weights_of_a_life_by_second(tmp_path: Path) -> None:
     assert shares == [(1, pytest.approx(0.05)), (15, 0.75)]
     assert "champion/share_of_D_by_second" not in read(tmp_path / "run-1").Tags()["scalars"]
     assert not read(tmp_path / "run-0").Tags()["histograms"]
-
-
-def test_of_weights_that_overflowed_the_finite_ones_are_shown(tmp_path: Path) -> None:
-    with Tracker(tmp_path, EvolveConfig(), 1) as tracker:
-        tracker.show_weights(0, 1.0, np.array([1.0, np.inf, np.nan]), {})
-        tracker.show_weights(0, 2.0, np.array([np.inf, np.nan]), {})
-    (histogram,) = read(tmp_path).Tensors("champion/weights_by_second")
-    assert histogram.step == 1
 
 
 def test_flushed_numbers_outlive_a_kill(tmp_path: Path) -> None:

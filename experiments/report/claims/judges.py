@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from experiments.report import intervals
 from experiments.report.claims import measures, verdicts
+from experiments.report.claims.finding import Finding
 from experiments.report.claims.measures import Measure, Results
-from experiments.report.claims.verdicts import MARGIN, Finding
+from experiments.report.claims.verdicts import MARGIN
 from experiments.report.figures.conditions import Condition
 
 __all__ = [
@@ -108,11 +109,12 @@ def of_runs(
     bounds: Callable[[str], tuple[float, float]],
     bodies: Sequence[Body] = HIGH,
     variant: Mapping[str, Any] = _PLAIN,
+    undefined: Literal["worst", "left out"] = "worst",
 ) -> Finding:
     """Judge that a measure lies within bounds, which depend on the shape, for every body."""
     found = {body: results.find(body, variant=variant) for body in bodies}
     samples = {_name(body): None if c is None else measure(c) for body, c in found.items()}
-    return verdicts.within(samples, {_name(body): bounds(body[0]) for body in bodies})
+    return verdicts.within(samples, {_name(body): bounds(body[0]) for body in bodies}, undefined)
 
 
 def against_full(

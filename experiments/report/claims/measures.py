@@ -8,12 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.analysis import generalization, paired
+from experiments.analysis.generalization import TRAINING, UNSEEN
 from experiments.report import intervals
 from experiments.report.claims.verdicts import MARGIN
 from experiments.report.figures import inner_life
-from experiments.report.figures.conditions import Condition, per_run, runs_in
+from experiments.report.figures.conditions import Condition, per_run
 from experiments.report.figures.freezing import Frozen, frozen_speeds
-from experiments.report.figures.performance import unseen, unseen_per_run
+from experiments.report.figures.performance import unseen_per_run
 
 __all__ = [
     "SETTLED",
@@ -76,11 +78,19 @@ def speed_on_unseen(condition: Condition) -> Values:
 
 
 def kept_on_unseen(condition: Condition) -> Values:
-    """Median speed on unseen terrains as a share of that at the end of evolution."""
-    table = unseen(condition)
+    """Median speed on unseen terrains as a share of that on terrains of the evolution.
+
+    Both are re-assessments: the fitness in evolution is the best of a population, which a
+    re-assessment on the very same terrains would not reach either.
+    """
+    table = condition.table(generalization.FILE)
     if table is None:
         return np.empty(0)
-    return _share(per_run(table), condition.fitness[runs_in(table)])
+    familiar, unseen = (
+        per_run({name: column[table["setting"] == each] for name, column in table.items()})
+        for each in (TRAINING, UNSEEN)
+    )
+    return _share(unseen, familiar)
 
 
 def generations_to_converge(condition: Condition) -> Values:
@@ -93,11 +103,17 @@ def generations_to_converge(condition: Condition) -> Values:
 
 
 def kept_frozen(condition: Condition) -> Values:
-    """Speed with weights frozen after 20 s, as a share of that at the end of evolution."""
-    frozen = _settling(condition)
-    if frozen is None:
+    """Median speed with weights frozen at 20 s, as a share of that of the same champions, still
+    plastic, on the same terrains."""
+    table = condition.table(paired.FILE)
+    if table is None:
         return np.empty(0)
-    return _share(_plateau(frozen), condition.fitness[frozen.runs])
+    last = table["generation"] == table["generation"].max()
+    frozen, plastic = (
+        per_run({name: column[last & rows] for name, column in table.items()})
+        for rows in (table["frozen_at"] == SETTLED, np.isnan(table["frozen_at"]))
+    )
+    return _share(frozen, plastic) if len(frozen) else np.empty(0)
 
 
 def second_settled(condition: Condition) -> Values:

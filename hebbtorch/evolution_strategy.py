@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import torch
 from torch import Tensor
 
-from hebbtorch.draws import draw_uniform
+from hebbtorch.sampling import draw_uniform
 
 
 class AskTell(Protocol):

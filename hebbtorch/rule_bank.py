@@ -7,8 +7,8 @@ import math
 import torch
 from torch import Tensor, nn
 
-from hebbtorch.draws import Generators, redraw
-from hebbtorch.rules import Rule
+from hebbtorch.functional.rules import Rule
+from hebbtorch.sampling import Generators, redraw
 from hebbtorch.sharing import RuleGrid
 
 ETA = 0.01  # the paper's learning rate (Sec. III-B), and what an eta gene of 0 stands for
@@ -44,6 +44,8 @@ class RuleBank(nn.Module):
 
     Attributes:
         terms: which of A, B, C, D exist, such as "ABCD" or, without A, "BCD".
+        exchange_bc: whether B weighs the post- and C the pre-synaptic activation, as in the
+            paper's own code.
         A, B, C, D: coefficients, (*P, rows, columns), no unit; parameters, or a constant zero of
             shape (1, 1) for a term that does not exist.
         eta_gene: with eta="evolved", one per rule, (*P, rows, columns); the learning rate is
@@ -57,6 +59,7 @@ class RuleBank(nn.Module):
         *,
         eta: float | str = ETA,
         terms: str = TERMS,
+        exchange_bc: bool = False,
         population: tuple[int, ...] = (),
         dtype: torch.dtype | None = None,
         device: torch.device | str | None = None,
@@ -66,6 +69,7 @@ class RuleBank(nn.Module):
             raise ValueError(f"eta: expected a finite number or 'evolved', got {eta!r}")
         self.eta = eta
         self.terms = check_terms(terms)
+        self.exchange_bc = exchange_bc
 
         def coefficient() -> nn.Parameter:
             shape = (*population, grid.rows, grid.columns)
@@ -104,15 +108,11 @@ class RuleBank(nn.Module):
 
     def coefficients(self) -> Rule:
         """A, B, C, D, each broadcastable to (*P, out, in); zero for a term that does not exist."""
-        rule = Rule(self.A, self.B, self.C, self.D)
-        if self.column_of_input is None:
-            return rule
-        return Rule(
-            *(
-                self._per_input(coefficient) if term in self.terms else coefficient
-                for term, coefficient in zip(TERMS, rule, strict=True)
-            )
+        a, b, c, d = (
+            self._per_input(coefficient) if term in self.terms else coefficient
+            for term, coefficient in zip(TERMS, (self.A, self.B, self.C, self.D), strict=True)
         )
+        return Rule(a, c, b, d) if self.exchange_bc else Rule(a, b, c, d)
 
     def learning_rate(self) -> float | Tensor:
         """eta: the fixed number, or a tensor broadcastable to (*P, out, in)."""
