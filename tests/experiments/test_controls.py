@@ -11,7 +11,7 @@ from experiments.config import EvolveConfig
 from experiments.report.figures.conditions import label
 from experiments.rollout import controller
 from experiments.rollout.evaluate import Evaluator
-from experiments.rollout.scenarios import Grounds
+from experiments.rollout.scenarios import Scenarios
 
 CONFIG = EvolveConfig(shape="worm-3x1", sensors="high", duration=0.5, population=4, threads=1)
 STATIC = replace(CONFIG, controller="mlp")
@@ -74,14 +74,14 @@ def test_every_control_moves_a_robot(options: dict) -> None:
 
 
 def test_frozen_weights_keep_the_constant_input() -> None:
-    grounds = Grounds.unseen(CONFIG.terrain, [0], 0)
+    scenarios = Scenarios.unseen(CONFIG.terrain, [0], 0)
     genomes = torch.randn(2, built(CONFIG).n_genes, generator=torch.Generator().manual_seed(1))
     speeds = []
     for constant in (False, True):
         config = replace(CONFIG, constant_last_input=constant, eta=0.5)
         # Learned under the same option, so that only what frozen networks see differs.
-        weights = learn(replace(config, constant_last_input=False), genomes, [0.5], grounds)
-        speeds.append(act(config, weights, grounds))
+        weights = learn(replace(config, constant_last_input=False), genomes, [0.5], scenarios)
+        speeds.append(act(config, weights, scenarios))
     assert (speeds[0] != speeds[1]).all()
 
 
