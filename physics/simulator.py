@@ -126,7 +126,13 @@ class Simulator(Launcher):
         self._allocate()
         self.reset()
 
-    # --- life -----------------------------------------------------------------------------------
+    @property
+    def terrains(self) -> list[Terrain] | None:
+        """The terrain of each world, or None without ground."""
+        terrains = self._batch.terrains
+        return None if terrains is None else list(terrains)
+
+    # --- episodes -------------------------------------------------------------------------------
 
     @torch.inference_mode(False)
     def reset(
