@@ -25,7 +25,7 @@ class TorchLoop:
     def __init__(self, sim: Simulator, network: Controller, state: hebbtorch.State) -> None:
         self._network = network
         self._state = state
-        self._options: dict[str, bool] = {}
+        self._plastic = True
         self._actuation = torch.zeros(
             sim.n_worlds, sim.n_voxels, dtype=sim.dtype, device=sim.device
         )
@@ -35,11 +35,13 @@ class TorchLoop:
         for _ in range(steps):
             readings = sim.step(self._actuation)
             assert readings is not None, "a controller needs readings"
-            self._actuation, self._state = self._network(readings, self._state, **self._options)
+            self._actuation, self._state = self._network(
+                readings, self._state, plastic=self._plastic
+            )
 
     def freeze(self) -> None:
         """End learning: from now on the weights stay as they are."""
-        self._options["plastic"] = False
+        self._plastic = False
 
     def state(self) -> hebbtorch.State:
         """The weights as they are now."""
