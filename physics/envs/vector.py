@@ -41,6 +41,9 @@ class VoxelVectorEnv(VectorEnv):
         device: on which tensors live.
     """
 
+    single_observation_space: Box
+    single_action_space: Box
+
     def __init__(
         self,
         shape: Any = "biped-4x3",
