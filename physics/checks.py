@@ -100,7 +100,7 @@ def world_seeds(seed: int | Sequence[int], n_worlds: int) -> Tensor:
         pairs = [(_seed(seed), i) for i in range(n_worlds)]
     if len(pairs) != n_worlds:
         raise ValueError(f"seed: expected one integer or {n_worlds} of them, got {len(pairs)}")
-    return torch.tensor([_mix(s, i) for s, i in pairs], dtype=torch.int64)
+    return torch.tensor([_mix(s, i) for s, i in pairs], dtype=torch.int64, device="cpu")
 
 
 def _seed(value: Any) -> int:
@@ -129,12 +129,12 @@ def _mix(seed: int, index: int) -> int:
 def lifetimes_in_steps(lifetime: float | Sequence[float] | None, n_worlds: int) -> Tensor:
     """Control steps that every world lives, (N,) float64."""
     if lifetime is None:
-        return torch.full((n_worlds,), ENDLESS, dtype=torch.float64)
+        return torch.full((n_worlds,), ENDLESS, dtype=torch.float64, device="cpu")
     seconds = list(lifetime) if isinstance(lifetime, Iterable) else [lifetime] * n_worlds
     if len(seconds) != n_worlds:
         raise ValueError(f"lifetime: expected one or {n_worlds} numbers [s], got {len(seconds)}")
     steps = [clock.steps_in(finite("lifetime", s, 0.0)) for s in seconds]
-    return torch.tensor(steps, dtype=torch.float64)
+    return torch.tensor(steps, dtype=torch.float64, device="cpu")
 
 
 def terrain_list(

@@ -244,7 +244,7 @@ class Simulator(Observed):
         rates = torch.zeros_like(poses) if velocities is None else velocities
         checks.tensor("velocities", rates, **self._squares())
         st.set_poses(self._state, poses)
-        scale = torch.tensor([1.0, 1.0, lay.GYRATION], dtype=torch.float64)
+        scale = torch.tensor([1.0, 1.0, lay.GYRATION], dtype=torch.float64, device="cpu")
         lanes = self._state.lanes_of(rates.double().cpu() * scale)
         self._state.bodies()[:, :, :, lay.VX : lay.W + 1] = lanes
         st.forget_window(self._state)
@@ -310,7 +310,7 @@ class Simulator(Observed):
         if self.damage is None:
             return
         broken = self.damage.broken(self._seeds.tolist(), self.n_voxels)
-        mask = state.lanes_of(torch.tensor(broken)) > 0
+        mask = state.lanes_of(torch.from_numpy(broken.copy())) > 0
         start = float(clock.steps_in(self.damage.time))
         end = self.damage.until
         stop = st.ENDLESS if math.isinf(end) else float(clock.steps_in(end))

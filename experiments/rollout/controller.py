@@ -26,17 +26,21 @@ def build(config: EvolveConfig, population: int) -> Controller:
     apparatus = Apparatus.of(config.sensors, morphology)
     inputs = apparatus.n_readings
     sizes = [inputs, inputs, morphology.n_voxels]  # paper, Sec. III-A
-    if config.controller == "mlp":
-        return hebbtorch.StaticMLP(sizes, population=(population,)).to(config.device)
-    return hebbtorch.HebbianMLP(
-        sizes,
-        sharing=config.sharing,
-        groups=apparatus.kinds if config.sharing == "grouped" else None,
-        eta=config.eta,
-        normalize=None if config.normalize == "none" else config.normalize,
-        terms=config.terms,
-        population=(population,),
-    ).to(config.device)
+    network: Controller
+    with torch.device(config.device):  # whatever the process has for defaults
+        if config.controller == "mlp":
+            network = hebbtorch.StaticMLP(sizes, population=(population,))
+        else:
+            network = hebbtorch.HebbianMLP(
+                sizes,
+                sharing=config.sharing,
+                groups=apparatus.kinds if config.sharing == "grouped" else None,
+                eta=config.eta,
+                normalize=None if config.normalize == "none" else config.normalize,
+                terms=config.terms,
+                population=(population,),
+            )
+    return network.float()
 
 
 def birth(networks: Controller, init: str, seeds: Sequence[int]) -> hebbtorch.State:
@@ -50,5 +54,5 @@ def birth(networks: Controller, init: str, seeds: Sequence[int]) -> hebbtorch.St
     """
     if init == "zero" or isinstance(networks, hebbtorch.StaticMLP):
         return networks.initial_state()
-    generators = [torch.Generator().manual_seed(seed) for seed in seeds]
+    generators = [torch.Generator("cpu").manual_seed(seed) for seed in seeds]
     return networks.initial_state("uniform", generator=generators)
