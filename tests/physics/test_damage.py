@@ -40,6 +40,8 @@ def test_named_damage():
         ({"probability": float("nan")}, "probability"),
         ({"time": -1.0}, "time >= 0 s"),
         ({"time": float("inf")}, "finite time"),
+        ({"time": 1e9}, "time: expected at most 35791393 s, which are 2.31 steps"),
+        ({"until": 1e9}, "until: expected at most 35791393 s, which are 2.31 steps"),
         ({"until": 10.0}, "until > time = 30.0 s, got 10.0"),
         ({"mode": "broken"}, "mode in rest, frozen, random, blind, got 'broken'"),
     ],
