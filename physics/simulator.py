@@ -109,7 +109,7 @@ class Simulator(Launcher):
         device_type = self.device.type
         if lanes is None:
             lanes = lanes_for(self.n_worlds, dtype, threads, device_type)
-        self.lanes = checks.lanes(lanes, device_type)
+        self.lanes = lanes = checks.lanes(lanes, device_type)
         features = self._engine.features(self.morphology)
         self.program = backend.Program(dtype, lanes, lanes, features, device_type)
         kernels.play(self.program)  # refuses other dtypes
