@@ -23,7 +23,7 @@ from hebbtorch.plasticity import Plasticity
 from hebbtorch.rule_bank import ETA, TERMS, Bank, RuleBank
 from hebbtorch.sampling import Generators, Init, check_init, draw_weights, redraw
 from hebbtorch.sharing import SHARINGS, rule_grid
-from hebbtorch.state import State, batch_of, check_state, memory_of
+from hebbtorch.state import Memory, State, batch_of, check_state, memory_of
 
 
 class HebbianLinear(Described, Evolvable):
@@ -357,10 +357,34 @@ class HebbianLinear(Described, Evolvable):
         y = self.activate(x, weights)
         if plastic is False and not memory:
             return y, state
-        coefficients = self.named_coefficients()
-        weights, memory = self.plasticity.step(
+        if plastic is True and not memory and modulation is None:
+            return y, State((self.update(weights, x, y),))
+        weights, memory = self._learn(weights, memory, x, y, plastic, modulation)
+        return y, State((weights,), (memory,) if memory else ())
+
+    def update(self, weights: Tensor, pre: Tensor, post: Tensor) -> Tensor:
+        """The weights after one plastic step of a layer that remembers nothing.
+
+        Args:
+            weights: (*batch, *P, out, in).
+            pre: (*batch, *P, in).
+            post: (*batch, *P, out).
+        """
+        return self._learn(weights, {}, pre, post, True, None)[0]
+
+    def _learn(
+        self,
+        weights: Tensor,
+        memory: Memory,
+        x: Tensor,
+        y: Tensor,
+        plastic: bool | Tensor,
+        modulation: Tensor | None,
+    ) -> tuple[Tensor, Memory]:
+        """The weights and the memory after one step, see `Plasticity.step`."""
+        return self.plasticity.step(
             self.rules.rule,
-            coefficients,
+            self.named_coefficients(),
             self.learning_rate(),
             weights,
             memory,
@@ -369,7 +393,6 @@ class HebbianLinear(Described, Evolvable):
             plastic,
             modulation,
         )
-        return y, State((weights,), (memory,) if memory else ())
 
     def extra_repr(self) -> str:
         """What `print(layer)` shows."""
