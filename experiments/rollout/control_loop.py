@@ -25,7 +25,7 @@ class TorchLoop:
     def __init__(self, sim: Simulator, network: Controller, state: hebbtorch.State) -> None:
         self._network = network
         self._state = state
-        self._frozen = False
+        self._plastic = True
         self._actuation = torch.zeros(
             sim.n_worlds, sim.n_voxels, dtype=sim.dtype, device=sim.device
         )
@@ -36,12 +36,12 @@ class TorchLoop:
             readings = sim.step(self._actuation)
             assert readings is not None, "a controller needs readings"
             alive = sim.alive()  # worlds that are over learn no more
-            plastic = not self._frozen if bool(alive.all()) else alive & (not self._frozen)
-            self._actuation, self._state = self._network(readings, self._state, plastic)
+            plastic = self._plastic if bool(alive.all()) else alive & self._plastic
+            self._actuation, self._state = self._network(readings, self._state, plastic=plastic)
 
     def freeze(self) -> None:
         """End learning: from now on the weights stay as they are."""
-        self._frozen = True
+        self._plastic = False
 
     def state(self) -> hebbtorch.State:
         """The weights as they are now."""
