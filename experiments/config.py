@@ -12,9 +12,8 @@ import math
 from dataclasses import dataclass
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
-__all__ = ["EvolveConfig", "fresh_terrain"]
+__all__ = ["EvolveConfig"]
 
-_SEEDED_FAMILIES = ("hilly", "steppy", "flatWithStart")  # a name without seed leaves it open
 _LEAST_DURATION = 0.1  # [s]
 _LEAST_POPULATION = 4  # of which a quarter are parents
 _PLASTIC_OPTIONS = ("sharing", "normalize", "eta", "init", "terms")
@@ -174,7 +173,7 @@ class EvolveConfig:
                 f"sensors: expected at least one reading, got none from {self.sensors!r} on "
                 f"{self.shape!r}; choose a richer apparatus"
             )
-        Terrain.from_name(fresh_terrain(self.terrain, 0))
+        Terrain.from_name(self.terrain, seed=0)
 
     def _check_device(self) -> None:
         from physics import checks
@@ -183,19 +182,6 @@ class EvolveConfig:
             checks.device(self.device)
         except RuntimeError:  # PyTorch's, for a name that it does not know
             raise ValueError(f"device: expected cpu or cuda, got {self.device!r}") from None
-
-
-def fresh_terrain(name: str, seed: int) -> str:
-    """The full name of a terrain: `name` itself, or with `seed` added where it leaves one open.
-
-    Args:
-        name: such as "hilly-3-30" (open), "hilly-3-30-7" (fixed) or "flat" (has none).
-        seed: an integer >= 0.
-    """
-    family, *fields = name.split("-")
-    n_fields = 0 if family == "flatWithStart" else 2  # besides the seed
-    is_open = family in _SEEDED_FAMILIES and len(fields) == n_fields
-    return f"{name}-{seed}" if is_open else name
 
 
 def _is_integer(value: Any) -> bool:

@@ -19,8 +19,10 @@ from typing import IO, Any
 from experiments.campaign.grid import MACHINE_OPTIONS, Condition, Scale
 from experiments.campaign.study import Study
 from experiments.config import EvolveConfig
+from experiments.files.atomic import write_atomically
+from experiments.files.locks import LOCK, lock_folder
 from experiments.runs.champions import Champions
-from experiments.runs.folder import lock_folder, read_checkpoint, read_config, write_atomically
+from experiments.runs.folder import read_checkpoint, read_config
 
 __all__ = ["CampaignRoot", "Members", "Standing"]
 
@@ -29,7 +31,7 @@ Members = Mapping[Study, Sequence[Condition]]
 
 _FILE, _CONDITIONS = "campaign.json", "conditions"
 _FORMAT = 1  # of campaign.json
-_OF_AN_INSTANT = {"lock", f"{_FILE}.tmp"}  # what a kill may leave before campaign.json is there
+_OF_AN_INSTANT = {LOCK, f"{_FILE}.tmp"}  # what a kill may leave before campaign.json is there
 
 
 @dataclass(frozen=True)
@@ -137,7 +139,7 @@ class CampaignRoot:
 
     def _check_names(self, studies: Iterable[Study]) -> None:
         for study in studies:
-            if study.name in ("", _CONDITIONS, _FILE, "lock", "ray") or study.name.startswith("."):
+            if study.name in ("", _CONDITIONS, _FILE, LOCK, "ray") or study.name.startswith("."):
                 raise ValueError(
                     f"study: expected another name than {study.name!r}, which a campaign uses "
                     "itself; rename the file"

@@ -13,12 +13,13 @@ from experiments.analysis import film, recording
 from experiments.config import EvolveConfig
 from experiments.evolution.metrics import measure
 from experiments.evolution.progress import ProgressDisplay
-from experiments.rollout.episode import Life
+from experiments.rollout.episode import Outcome
 from experiments.rollout.evaluate import Evaluator
 from experiments.runs.archive import Archive
 from experiments.runs.champions import Champions
 from experiments.runs.folder import Checkpoint, RunStore
 from experiments.runs.history import Row
+from experiments.runs.names import CHAMPIONS
 from experiments.runs.tensorboard import Tracker
 
 __all__ = ["Evolution", "Session", "evolve", "resume"]
@@ -141,15 +142,15 @@ class Session:
         config, strategy = self.config, self._evolution.strategy
         generation, began = self.generation + 1, time.perf_counter()
         genomes = strategy.ask()
-        life = self._evolution.evaluator(self._by_run(genomes), generation)
-        fitness = self._by_run(life.speed.cpu()).squeeze(-1)
+        outcome = self._evolution.evaluator(self._by_run(genomes), generation)
+        fitness = self._by_run(outcome.speed.cpu()).squeeze(-1)
         strategy.tell(fitness.reshape(genomes.shape[:-1]))
         self._store.require_own()
         now = time.perf_counter()
         rows = [
             Row.of(run, generation, fitness[run], now - self._started) for run in range(config.runs)
         ]
-        self._log(rows, self._by_run(genomes), life, now - began)
+        self._log(rows, self._by_run(genomes), outcome, now - began)
         # In this order, whatever a kill leaves behind is no older than the checkpoint.
         if Archive.keeps(generation):
             self._archive = self._archive.with_generation(
@@ -181,9 +182,9 @@ class Session:
     def __exit__(self, *exception: object) -> None:
         self.close()
 
-    def _log(self, rows: list[Row], genomes: Tensor, life: Life, seconds: float) -> None:
-        failed = self._by_run(life.failed).squeeze(-1)
-        weights = [self._by_run(layer) for layer in life.state.weights]
+    def _log(self, rows: list[Row], genomes: Tensor, outcome: Outcome, seconds: float) -> None:
+        failed = self._by_run(outcome.failed).squeeze(-1)
+        weights = [self._by_run(layer) for layer in outcome.state.weights]
         metrics = [
             measure(row, genomes[run], failed[run], [layer[run] for layer in weights], seconds)
             for run, row in enumerate(rows)
@@ -216,7 +217,7 @@ def _present(champions: Champions, session: Session) -> None:
     session.tracker.show(best, session.config.generations, pictures)
     if session.config.controller == "hebbian":
         recording.show(champions, session.tracker)
-    print(f"wrote {folder / 'champion.safetensors'}")
+    print(f"wrote {folder / CHAMPIONS}")
     for path in pictures:
         print(f"wrote {path}")
     print(f"see the curves with: tensorboard --logdir {folder}")

@@ -1,4 +1,4 @@
-"""The brain of a robot: readings in, actuation out, one hidden layer as large as the input."""
+"""The network that controls a robot: readings in, actuation out."""
 
 from __future__ import annotations
 
@@ -10,22 +10,31 @@ import hebbtorch
 from experiments.config import EvolveConfig
 from physics import Apparatus, Morphology
 
-__all__ = ["Controller", "birth", "build"]
+__all__ = ["Controller", "build", "initial_state"]
 
 Controller = hebbtorch.HebbianMLP | hebbtorch.StaticMLP
 
 
-def build(config: EvolveConfig, population: int) -> Controller:
+def build(
+    config: EvolveConfig,
+    population: int,
+    morphology: Morphology | None = None,
+    apparatus: Apparatus | None = None,
+) -> Controller:
     """The networks of a population, without genomes yet.
 
+    There is one hidden layer, as large as the input (paper, Sec. III-A).
+
     Args:
-        config: the options of the evolution.
-        population: number of individuals.
+        config: The options of the evolution.
+        population: Number of individuals.
+        morphology: The body; by default that of the options.
+        apparatus: Its sensors; by default those of the options.
     """
-    morphology = Morphology.from_name(config.shape)
-    apparatus = Apparatus.of(config.sensors, morphology)
+    morphology = morphology or Morphology.from_name(config.shape)
+    apparatus = apparatus or Apparatus.of(config.sensors, morphology)
     inputs = apparatus.n_readings
-    sizes = [inputs, inputs, morphology.n_voxels]  # paper, Sec. III-A
+    sizes = [inputs, inputs, morphology.n_voxels]
     if config.controller == "mlp":
         return hebbtorch.StaticMLP(sizes, population=(population,)).to(config.device)
     return hebbtorch.HebbianMLP(
@@ -39,16 +48,16 @@ def build(config: EvolveConfig, population: int) -> Controller:
     ).to(config.device)
 
 
-def birth(networks: Controller, init: str, seeds: Sequence[int]) -> hebbtorch.State:
-    """The state of networks at the beginning of a life.
+def initial_state(networks: Controller, init: str, seeds: Sequence[int]) -> hebbtorch.State:
+    """The state of networks at the beginning of an episode.
 
     Args:
-        networks: a population of N.
-        init: "zero" or "uniform", as in EvolveConfig; static networks have the weights of their
+        networks: A population of N.
+        init: How the weights begin, as in EvolveConfig; static networks have the weights of their
             genomes.
-        seeds: one for each individual; it alone decides the weights drawn, not the population.
+        seeds: One for each individual; it alone decides the weights drawn, not the population.
     """
     if init == "zero" or isinstance(networks, hebbtorch.StaticMLP):
         return networks.initial_state()
     generators = [torch.Generator().manual_seed(seed) for seed in seeds]
-    return networks.initial_state("uniform", generator=generators)
+    return networks.initial_state(init, generator=generators)

@@ -154,6 +154,10 @@ class Brain:
         """Lets the worlds of ``sim`` live for some control steps."""
         sim.run_closed_loop(_kernel, self.items, steps)
 
+    def freeze(self) -> None:
+        """Ends learning: from now on the weights stay as they are."""
+        self.items[:, _PLASTIC] = 0.0
+
     def activations(self) -> tuple[Tensor, ...]:
         """Of all neurons in the last step, the inputs first: per layer (worlds, neurons)."""
         sizes = self.network.sizes

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from experiments.config import EvolveConfig, fresh_terrain
+from experiments.config import EvolveConfig
 from experiments.evolution.evolve import evolve
 
 
@@ -97,19 +97,3 @@ def test_options_of_before_a_new_one_are_read_as_its_default() -> None:
 def test_json_of_something_else_is_refused(text: str) -> None:
     with pytest.raises(ValueError):
         EvolveConfig.from_json(text)
-
-
-@pytest.mark.parametrize(
-    ("name", "full"),
-    [
-        ("hilly-3-30", "hilly-3-30-5"),
-        ("hilly-3-30-7", "hilly-3-30-7"),
-        ("steppy-1-10", "steppy-1-10-5"),
-        ("flatWithStart", "flatWithStart-5"),
-        ("flatWithStart-7", "flatWithStart-7"),
-        ("uphill-10", "uphill-10"),
-        ("flat", "flat"),
-    ],
-)
-def test_a_seed_is_added_where_the_name_leaves_it_open(name: str, full: str) -> None:
-    assert fresh_terrain(name, 5) == full

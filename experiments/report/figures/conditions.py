@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from experiments.config import EvolveConfig
 from experiments.report import intervals
 from experiments.runs.champions import Champions
+from experiments.runs.names import CHAMPIONS, HISTORY
 
 __all__ = ["Condition", "Table", "find_runs", "gather", "per_run", "runs_in"]
 
@@ -22,7 +23,6 @@ Values = NDArray[np.float64]
 Table = dict[str, NDArray[Any]]
 """Columns of a CSV file; numbers are float64, all else is text."""
 
-_CHAMPIONS = "champion.safetensors"
 _AXES = ("shape", "sensors", "controller", "damage")
 _SCALE = ("generations", "population", "duration")
 _BOOKKEEPING = ("runs", "seed", "device", "threads", "loop")
@@ -98,7 +98,7 @@ class Condition:
 
     def curves(self, column: str = "best") -> Values:
         """A column of history.csv [m/s], shape (runs, generations)."""
-        history = self.table("history.csv")
+        history = self.table(HISTORY)
         if history is None:
             return np.empty((0, 0))
         order = np.lexsort((history["generation"], history["run"]))
@@ -114,7 +114,7 @@ def label(config: EvolveConfig) -> str:
 
 def find_runs(roots: Iterable[Path]) -> list[Path]:
     """All folders of finished runs at or below the roots, sorted."""
-    return sorted({path.parent for root in roots for path in root.rglob(_CHAMPIONS)})
+    return sorted({path.parent for root in roots for path in root.rglob(CHAMPIONS)})
 
 
 def gather(run_folders: Sequence[Path]) -> list[Condition]:
@@ -132,7 +132,7 @@ def gather(run_folders: Sequence[Path]) -> list[Condition]:
     members: dict[EvolveConfig, dict[int, tuple[Path, int, float]]] = {}
     scales: dict[tuple[Any, ...], Path] = {}
     for folder in run_folders:
-        if not (folder / _CHAMPIONS).is_file():
+        if not (folder / CHAMPIONS).is_file():
             continue
         champions = Champions.load(folder)
         config = champions.config
