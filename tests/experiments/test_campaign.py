@@ -9,7 +9,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -27,8 +26,8 @@ from experiments.campaign.root import CampaignRoot, Standing
 from experiments.campaign.study import Study
 from experiments.config import EvolveConfig
 from experiments.runs.champions import Champions
+from tests.experiments.held import COMMAND, held, lines
 
-COMMAND = [sys.executable, "-c", "from experiments.cli import main; main()"]
 SCALE = Scale(runs=2, generations=2, population=8, duration=0.5, seed=3)
 WORM = EvolveConfig(shape="worm-2x1")
 BOTH = Study("both", "which?", (Grid(WORM, {"controller": ("hebbian", "mlp")}),))
@@ -128,21 +127,18 @@ def test_studies_added_later_reuse_conditions(tmp_path: Path) -> None:
 def test_a_killed_campaign_goes_on_exactly(tmp_path: Path) -> None:
     file = tmp_path / "both.toml"
     file.write_text('[base]\nshape = "worm-2x1"\n[axes]\ncontroller = ["hebbian", "mlp"]\n')
-    scale = replace(SCALE, generations=60)
+    scale = replace(SCALE, generations=3)
     expected, root = tmp_path / "expected", tmp_path / "root"
     assert run(BOTH, out=expected, scale=scale) == 0
 
-    options = "--runs 2 --generations 60 --population 8 --duration 0.5 --seed 3 --threads 1"
-    command = f"campaign --grid {file} --out {root} {options}"
-    process = subprocess.Popen([*COMMAND, *command.split()], stdout=subprocess.DEVNULL)
-    history = root / "conditions" / MLP / "history.csv"  # of the second condition
-    while not history.exists() or len(history.read_text().splitlines()) < 1 + 2 * 10:
-        assert process.poll() is None
-        time.sleep(0.001)
-    process.kill()
-    assert process.wait() == -signal.SIGKILL
+    options = "--runs 2 --generations 3 --population 8 --duration 0.5 --seed 3 --threads 1"
+    second = root / "conditions" / MLP
+    with held(f"campaign --grid {file} --out {root} {options}", second, 2) as process:
+        process.kill()
+        process.communicate()
+        assert process.returncode == -signal.SIGKILL
     first = snapshot(root / "conditions" / HEBBIAN)
-    assert len(history.read_text().splitlines()) < 1 + 2 * 60
+    assert len(lines(second)) == 1 + 2 * 2
 
     assert run(BOTH, out=root, scale=scale) == 0
     assert snapshot(root / "conditions" / HEBBIAN) == first
