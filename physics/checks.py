@@ -16,6 +16,7 @@ from physics.engine.memory.state import ENDLESS
 from physics.scene import clock
 from physics.scene.terrain import Terrain
 
+_WORD = 2**64 - 1
 _PAD_STEP = 1e4  # distance of the points that make shorter profiles as long as the longest [m]
 
 
@@ -88,19 +89,29 @@ def lanes(value: int, device_type: str) -> int:
     return value
 
 
-def world_seeds(seed: int | Sequence[int], n_worlds: int) -> Tensor:
+def chosen_worlds(name: str, mask: Any, n_worlds: int) -> np.ndarray:
+    """The numbers of the worlds of a mask (N,), a bool tensor or array; of all for None."""
+    if mask is None:
+        return np.arange(n_worlds)
+    flags = torch.from_numpy(mask) if isinstance(mask, np.ndarray) else mask
+    if tensor(name, flags, worlds=n_worlds).dtype != torch.bool:
+        raise ValueError(f"{name}: expected a bool mask, got {flags.dtype}")
+    return np.flatnonzero(flags.cpu().numpy())
+
+
+def world_seeds(seed: int | Sequence[int], n_worlds: int) -> np.ndarray:
     """A seed for every world, (N,) int64 in [0, 2^32).
 
     From one integer, world i gets a mix of the integer and i; a sequence is mixed likewise,
     element by element, so that a world with seed s is the same at any place of any batch.
     """
     if isinstance(seed, Iterable):
-        pairs = [(_seed(s), 0) for s in seed]
+        seeds, indices = [_seed(s) for s in seed], np.zeros(1, dtype=np.uint64)
     else:
-        pairs = [(_seed(seed), i) for i in range(n_worlds)]
-    if len(pairs) != n_worlds:
-        raise ValueError(f"seed: expected one integer or {n_worlds} of them, got {len(pairs)}")
-    return torch.tensor([_mix(s, i) for s, i in pairs], dtype=torch.int64)
+        seeds, indices = [_seed(seed)] * n_worlds, np.arange(n_worlds, dtype=np.uint64)
+    if len(seeds) != n_worlds:
+        raise ValueError(f"seed: expected one integer or {n_worlds} of them, got {len(seeds)}")
+    return mixed(np.array([s & _WORD for s in seeds], dtype=np.uint64), indices)
 
 
 def _seed(value: Any) -> int:
@@ -114,27 +125,32 @@ def _seed(value: Any) -> int:
     return seed
 
 
-def _mix(seed: int, index: int) -> int:
-    """32 bits that depend on all bits of both numbers (two rounds of splitmix64)."""
-    mask = 2**64 - 1
-    x = seed & mask
+def mixed(seeds: np.ndarray, indices: np.ndarray) -> np.ndarray:
+    """32 bits that depend on all bits of both numbers (two rounds of splitmix64), element by
+    element, int64.
+
+    Args:
+        seeds: uint64.
+        indices: uint64, of the same shape or one that broadcasts to it.
+    """
+    x = seeds
     for _ in range(2):
-        x = (x + 0x9E3779B97F4A7C15 + index) & mask
-        x = ((x ^ (x >> 30)) * 0xBF58476D1CE4E5B9) & mask
-        x = ((x ^ (x >> 27)) * 0x94D049BB133111EB) & mask
-        x ^= x >> 31
-    return x >> 32
+        x = x + np.uint64(0x9E3779B97F4A7C15) + indices
+        x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+        x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+        x = x ^ (x >> np.uint64(31))
+    return (x >> np.uint64(32)).astype(np.int64)
 
 
-def lifetimes_in_steps(lifetime: float | Sequence[float] | None, n_worlds: int) -> Tensor:
-    """Control steps that every world lives, (N,) float64."""
+def lifetimes_in_steps(lifetime: float | Sequence[float] | None, n_worlds: int) -> np.ndarray:
+    """Engine steps that every world lives, (N,) float64."""
     if lifetime is None:
-        return torch.full((n_worlds,), ENDLESS, dtype=torch.float64)
+        return np.full(n_worlds, ENDLESS)
     seconds = list(lifetime) if isinstance(lifetime, Iterable) else [lifetime] * n_worlds
     if len(seconds) != n_worlds:
         raise ValueError(f"lifetime: expected one or {n_worlds} numbers [s], got {len(seconds)}")
     steps = [clock.steps_in(finite("lifetime", s, 0.0)) for s in seconds]
-    return torch.tensor(steps, dtype=torch.float64)
+    return np.array(steps, dtype=np.float64)
 
 
 def terrain_list(
@@ -176,15 +192,15 @@ def pack_terrains(
         return 0, np.zeros((places, 2, 2))
     unique = {id(t): t for t in terrains}
     longest = max(len(t.xs) for t in unique.values())
-    profiles = {key: _padded(t, longest) for key, t in unique.items()}
+    profiles = {key: padded(t, longest) for key, t in unique.items()}
     packed = np.zeros((places, longest, 2))
     for world, terrain in enumerate(terrains):
         packed[world] = profiles[id(terrain)]
-    segments = max(_segments_within(t.xs, extent) for t in unique.values())
+    segments = max(segments_within(t.xs, extent) for t in unique.values())
     return segments, packed
 
 
-def _padded(terrain: Terrain, points: int) -> np.ndarray:
+def padded(terrain: Terrain, points: int) -> np.ndarray:
     """The profile, with points of no height (NaN) at its end that nothing meets."""
     extra = points - len(terrain.xs)
     xs = np.concatenate([terrain.xs, terrain.xs[-1] + _PAD_STEP * np.arange(1, extra + 1)])
@@ -192,7 +208,7 @@ def _padded(terrain: Terrain, points: int) -> np.ndarray:
     return np.stack([xs, ys], axis=1)
 
 
-def _segments_within(xs: np.ndarray, extent: float) -> int:
+def segments_within(xs: np.ndarray, extent: float) -> int:
     """The most segments that an interval of this width can meet, and one more because a
     window starts with an even segment."""
     reached = np.searchsorted(xs, xs + extent, side="right") - np.arange(len(xs))

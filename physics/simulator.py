@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from numbers import Integral
 from typing import Any
 
+import numpy as np
 import torch
 from torch import Tensor
 
 from physics import backend, checks
+from physics.batch import Batch
 from physics.engine import kernels
 from physics.engine.contacts import ground_detection
 from physics.engine.memory import layout as lay
@@ -18,24 +21,24 @@ from physics.engine.memory import model
 from physics.engine.memory import state as st
 from physics.engine.memory.grouping import Grouping, lanes_for
 from physics.engine.memory.model import Engine
-from physics.observations import Observed
+from physics.launcher import Launcher
 from physics.scene import clock, material
 from physics.scene.damage import Damage
 from physics.scene.morphology import Morphology
 from physics.scene.sensors import Apparatus
 from physics.scene.terrain import Terrain
 
-_FIRST_STEPS = 3700  # the table of sensor windows starts with one minute
 _STRETCH = 1.3  # of a robot's diagonal, at most
 
 
-class Simulator(Observed):
+class Simulator(Launcher):
     """N worlds with one robot each, stepped together.
 
     Every world has its own terrain, seed and lifetime, and its result does not depend on the
     other worlds of the batch, on the number of threads or on its place.
     """
 
+    @torch.inference_mode(False)  # what is made here must be changed outside, too
     def __init__(
         self,
         shape: str | Any,
@@ -97,9 +100,9 @@ class Simulator(Observed):
         self._gravity = checks.finite("gravity", gravity)
         self._engine = _engine(engine, friction)
         self.control_interval = checks.positive_integer("control_interval", control_interval)
-        self._seeds = checks.world_seeds(seed, self.n_worlds)
-        self._lifetimes = checks.lifetimes_in_steps(lifetime, self.n_worlds)
-        self._terrains = checks.terrain_list(terrain, self.n_worlds)
+        seeds = checks.world_seeds(seed, self.n_worlds)
+        lifetimes = checks.lifetimes_in_steps(lifetime, self.n_worlds)
+        terrains = checks.terrain_list(terrain, self.n_worlds)
         if threads is not None:
             checks.positive_integer("threads", threads)
         device_type = self.device.type
@@ -110,36 +113,67 @@ class Simulator(Observed):
         self.program = backend.Program(dtype, lanes, lanes, features, device_type)
         kernels.play(self.program)  # refuses other dtypes
         self._grouping = Grouping.of(self.program, self.n_worlds, threads)
-        groups = self._grouping.whole.count
-        self._segments, profiles = checks.pack_terrains(
-            self._terrains, self._extent(), groups * lanes
+        self._batch = Batch(
+            self.morphology,
+            terrains,
+            self._extent(),
+            seeds,
+            lifetimes,
+            self.damage,
+            self._grouping.whole.count * lanes,
+            torch.empty(0, dtype=dtype, device=self.device),
         )
-        self._profiles = torch.from_numpy(profiles).to(self.device, dtype)
-        self._build(_FIRST_STEPS)
-        self._state = st.allocate(self._model.layout, self.n_worlds, lanes, dtype, self.device)
+        self._allocate()
         self.reset()
 
     # --- life -----------------------------------------------------------------------------------
 
-    def reset(self, worlds: Tensor | None = None) -> Tensor | None:
-        """Places robots at birth and senses.
+    @torch.inference_mode(False)
+    def reset(
+        self,
+        worlds: Tensor | np.ndarray | None = None,
+        seeds: int | Sequence[int] | None = None,
+        terrains: Terrain | Sequence[Terrain] | None = None,
+    ) -> Tensor | None:
+        """Begins an episode in some or all worlds, and senses.
+
+        Without seeds, a world that has moved since it was last reset draws new noise and damage,
+        which follow from its seed and from the number of episodes it has ended.
 
         Args:
-            worlds: which ones, (N,) bool; None: all.
+            worlds: which ones, (N,) bool, a tensor or an array; None: all.
+            seeds: new ones for these worlds, one for each, whose first episode this is. For all
+                worlds, also one integer, as the argument `seed` of the simulator.
+            terrains: new ones for these worlds: one for each, or one for all of them.
 
         Returns:
             Readings of all worlds, (N, R), or None without sensors. Velocity and touch, being
             averages over steps, start at 0.5 and 0.
+
+        Raises:
+            ValueError: an argument is for other worlds, or there is no ground to replace; nothing
+                has changed then.
         """
-        poses = st.initial_poses(self.morphology, self._terrains, self.n_worlds)
-        newborn = st.newborn(self._state, torch.from_numpy(poses), self._seeds, self._lifetimes)
-        self._break(newborn)
-        if worlds is None:
-            self._state = newborn
+        chosen = checks.chosen_worlds("worlds", worlds, self.n_worlds)
+        if isinstance(seeds, Integral) and len(chosen) < self.n_worlds:
+            raise ValueError(
+                f"seeds: expected one for each of the {len(chosen)} worlds, got {seeds!r}"
+            )
+        fresh = None if seeds is None else checks.world_seeds(seeds, len(chosen))
+        grounds = checks.terrain_list(terrains, len(chosen))
+        if grounds is not None and self._batch.terrains is None:
+            raise ValueError("terrains: expected None in worlds without ground; drop it")
+        if len(chosen) == 0:
+            return self._given(self._last_readings())
+        if fresh is not None:
+            self._batch.set_seeds(chosen, fresh)
         else:
-            chosen = self._state.lanes_of(self._mask(worlds)) > 0
-            self._state.items.copy_(torch.where(chosen[:, None], newborn.items, self._state.items))
-        return self._look()
+            steps = self._state.header(lay.H_STEP).flatten()[torch.from_numpy(chosen)]
+            self._batch.count_episodes(chosen, (steps > 0).cpu().numpy())
+        if grounds is not None and self._batch.set_terrains(chosen, grounds):
+            self._widen()
+        self._begin(chosen)
+        return self._look(chosen)
 
     def step(self, actuation: Tensor) -> Tensor | None:
         """One control step under an actuation, then sensing.
@@ -219,12 +253,6 @@ class Simulator(Observed):
             kernel(part.program)(*tensors, steps, part.first, part.count, part.chunks)
         self._steps += engine_steps
 
-    def kernel_tensors(self, program: backend.Program) -> tuple[Tensor, ...]:
-        """What every kernel takes first: state, lists, ground, and the model's two tables."""
-        lists = backend.packed(self._state.lists, self.lanes)
-        items = program.packed(self._state.items)
-        return items, lists, self._profiles, self._integers, self._numbers
-
     # --- set-up and checks ----------------------------------------------------------------------
 
     def set_poses(self, poses: Tensor, velocities: Tensor | None = None) -> Tensor | None:
@@ -274,76 +302,10 @@ class Simulator(Observed):
                 readings[k] = now
         return self._given(readings)
 
-    def _squares(self) -> dict[str, int]:
-        """Sizes of a table of squares."""
-        return {"worlds": self.n_worlds, "voxels": self.n_voxels, "squares": 4, "numbers": 3}
-
     def _extent(self) -> float:
         """Width of ground that a robot may need at once, whatever its posture [m]."""
         size = material.VOXEL_SIDE * math.hypot(self.morphology.width, self.morphology.height)
         return _STRETCH * size + 2 * (model.reach(self.apparatus) + ground_detection.MARGIN)
-
-    def _build(self, max_steps: int) -> None:
-        """Makes the model and its tables."""
-        self._model = model.build(
-            self.morphology,
-            self.apparatus,
-            self._engine,
-            self._gravity,
-            self._noise,
-            self._segments,
-            self.damage.mode if self.damage else "rest",
-            max_steps,
-            self.lanes,
-            self.control_interval,
-        )
-        self._integers = torch.from_numpy(self._model.integers).to(self.device)
-        self._numbers = torch.from_numpy(self._model.numbers).to(self.device, self.dtype)
-
-    def _reserve(self, steps: int) -> None:
-        """Makes the table of sensor windows long enough for ``steps`` more."""
-        if self._steps + steps > self._model.max_steps:
-            self._build(max(2 * self._model.max_steps, self._steps + steps))
-
-    def _break(self, state: st.State) -> None:
-        """Writes when each voxel breaks and mends, if there is damage."""
-        if self.damage is None:
-            return
-        broken = self.damage.broken(self._seeds.tolist(), self.n_voxels)
-        mask = state.lanes_of(torch.tensor(broken)) > 0
-        start = float(clock.steps_in(self.damage.time))
-        end = self.damage.until
-        stop = st.ENDLESS if math.isinf(end) else float(clock.steps_in(end))
-        view = state.voxels(lay.BREAKS, 2)
-        view[:, :, 0] = torch.where(mask, start, view[:, :, 0])
-        view[:, :, 1] = torch.where(mask, stop, view[:, :, 1])
-
-    def _look(self) -> Tensor | None:
-        """Contacts and readings of the present poses."""
-        self._steps = int(self._state.header(lay.H_STEP).max())
-        readings = self._readings()
-        self._play(readings.new_zeros(1, self.n_worlds, self.n_voxels), readings, -1, 0)
-        return self._given(readings)
-
-    def _play(self, actions: Tensor, readings: Tensor, begin: int, end: int) -> None:
-        """Runs the kernel for given actuations on all worlds."""
-        for part in self._grouping.parts_for(end - begin):
-            tensors = *self.kernel_tensors(part.program), actions, readings
-            kernel = kernels.play(part.program)
-            kernel(*tensors, begin, end, part.first, part.count, part.chunks)
-
-    def _readings(self) -> Tensor:
-        return torch.zeros(
-            self.n_worlds, max(1, self.n_readings), dtype=self.dtype, device=self.device
-        )
-
-    def _given(self, readings: Tensor) -> Tensor | None:
-        return readings if self.n_readings else None
-
-    def _mask(self, worlds: Tensor) -> Tensor:
-        if checks.tensor("worlds", worlds, worlds=self.n_worlds).dtype != torch.bool:
-            raise ValueError(f"worlds: expected a bool mask, got {worlds.dtype}")
-        return worlds
 
 
 def _engine(engine: Engine | None, friction: float | None) -> Engine:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -77,26 +76,19 @@ class Damage:
             raise ValueError(f"damage: expected a seed >= 0, got {seed!r}")
         return np.random.default_rng((_STREAM, seed)).random(n_voxels) < self.probability
 
-    def broken(self, seeds: Sequence[int], n_voxels: int) -> np.ndarray:
-        """Which voxels of a batch of worlds break: those of the mask, or as the seeds say.
-
-        Args:
-            seeds: one per world.
-            n_voxels: V.
-
-        Returns:
-            True where broken, shape (N, V), bool.
+    def broken_mask(self, n_worlds: int, n_voxels: int) -> np.ndarray | None:
+        """The mask for a batch of worlds, (N, V) bool, or None where chance decides.
 
         Raises:
-            ValueError: if the mask is not for N worlds or V voxels, or a seed is negative.
+            ValueError: if the mask is not for N worlds or V voxels.
         """
-        shape = (len(seeds), n_voxels)
         if self.mask is None:
-            return np.stack([self.sample(seed, n_voxels) for seed in seeds])
+            return None
+        shape = (n_worlds, n_voxels)
         if self.mask.shape not in (shape, shape[1:]):
             raise ValueError(
                 f"damage: expected a mask of shape (voxels={n_voxels},) or "
-                f"(worlds={len(seeds)}, voxels={n_voxels}), got {self.mask.shape}"
+                f"(worlds={n_worlds}, voxels={n_voxels}), got {self.mask.shape}"
             )
         return np.broadcast_to(self.mask, shape)
 
