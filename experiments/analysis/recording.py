@@ -28,12 +28,10 @@ from experiments.config import EvolveConfig
 from experiments.rollout import controller, fused
 from experiments.rollout.evaluate import world
 from experiments.rollout.scenarios import Grounds
-from experiments.runs.champions import Champions
 from experiments.runs.folder import write_atomically
-from experiments.runs.tensorboard import Tracker
 from physics import Simulator
 
-__all__ = ["Recording", "describe", "observe", "show", "times_of", "write"]
+__all__ = ["Recording", "describe", "observe", "times_of", "write"]
 
 LAYERS = ("hidden", "output")
 _TIMES = (1 / 60, 1 / 4, 1.0)  # of a life: 1, 15 and 60 s of the paper's
@@ -126,21 +124,6 @@ def write(folder: Path, seed: int = 0) -> Path:
     path = folder / "inner_life.json"
     write_atomically(path, (json.dumps(summary, indent=1, allow_nan=False) + "\n").encode())
     return path
-
-
-def show(champions: Champions, tracker: Tracker) -> None:
-    """Show in TensorBoard how plastic champions' weights change in the life that `write` records.
-
-    Args:
-        champions: of an evolution.
-        tracker: of the same.
-    """
-    school, _ = school_and_exam(champions.config, 1, seed=0)
-    recording = observe(champions.config, champions.genomes, school)
-    for run in range(len(champions.genomes)):
-        for k, time in enumerate(recording.times):
-            shares = measures.term_shares(recording.terms[run, k])
-            tracker.show_weights(run, time, recording.synapses(run, k), shares)
 
 
 @torch.no_grad()

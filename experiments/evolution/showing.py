@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from experiments.evolution.observation import Observation
-from experiments.report.heatmap import heat_map
 from experiments.runs.tensorboard import EventFile, Tracker
+from experiments.runs.tensorboard.heatmap import heat_map
 from physics import Terrain
 from physics.render import draw, movie
 from physics.render.frame import Frame

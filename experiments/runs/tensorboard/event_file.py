@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 from PIL import Image
-from tensorboard.compat.proto.summary_pb2 import HistogramProto, Summary
 from torch.utils.tensorboard import SummaryWriter
 from torch.utils.tensorboard.summary import hparams
+
+from tensorboard.compat.proto.summary_pb2 import HistogramProto, Summary
 
 __all__ = ["EventFile"]
 
@@ -105,12 +106,12 @@ class EventFile:
         }
         experiment, begin, _ = hparams(known, dict.fromkeys(metrics, 0.0))
         for summary in (experiment, begin):
-            self._writer.file_writer.add_summary(summary, 0)  # type: ignore[union-attr]
+            self._summary(summary, 0)
 
     def ended(self, step: int) -> None:
         """Tell the HParams tab that the run has reached its end."""
         *_, end = hparams({"": 0}, {"": 0.0})
-        self._writer.file_writer.add_summary(end, step)  # type: ignore[union-attr]
+        self._summary(end, step)
 
     def flush(self) -> None:
         """Hand everything to the operating system."""
@@ -136,8 +137,11 @@ class EventFile:
     def _add(self, values: list[Any], step: int) -> None:
         """One event for many values: a file with an event for each is several times slower."""
         if values:
-            writer: Any = self._writer.file_writer
-            writer.add_summary(Summary(value=values), step)
+            self._summary(Summary(value=values), step)
+
+    def _summary(self, summary: Any, step: int) -> None:
+        writer: Any = self._writer.file_writer
+        writer.add_summary(summary, step)
 
 
 def _wait_for_new_names(folder: Path) -> None:

@@ -19,7 +19,7 @@ from experiments.runs.tensorboard.event_file import EventFile
 
 __all__ = ["Tracker", "run_folders"]
 
-_BANDS = ("best", "median", "mean", "q75", "best_so_far")
+_BANDS = ("fitness/best", "fitness/best_so_far", "fitness/median", "fitness/mean", "fitness/q75")
 _METRICS = ("fitness/best", "fitness/best_so_far", "fitness/median")
 
 
@@ -72,15 +72,11 @@ class Tracker:
                 file.options(dataclasses.asdict(one), (*_METRICS, *validated))
             file.text("provenance", provenance(), generation - 1)
         if self.overview is not None and (generation == 1 or is_new):
-            self.overview.bands(
-                {
-                    f"fitness/{name}": (
-                        f"fitness/{name}", f"fitness/{name}_q25", f"fitness/{name}_q75"
-                    )
-                    for name in _BANDS
-                },
-                "median over runs within its quartiles",
-            )  # fmt: skip
+            bands = {
+                tag: (tag, f"quartiles/{tag}/q25", f"quartiles/{tag}/q75")
+                for tag in (*_BANDS, *validated)
+            }
+            self.overview.bands(bands, "median over runs within its quartiles")
 
     def log(
         self,
@@ -179,17 +175,17 @@ def _over_runs(metrics: Sequence[Mapping[str, float | None]]) -> dict[str, float
     """The median over the runs of every tag, with quartiles for those of the fitness and of the
     validation; None where no run has a number."""
     tags = list(metrics[0])
-    table = np.array(
-        [[np.nan if (value := of_run[tag]) is None else value for tag in tags] for of_run in metrics]
-    )
-    known = ~np.isnan(table).all(axis=0)
+    rows = [[of_run[tag] for tag in tags] for of_run in metrics]
+    table = np.array(rows, dtype=np.float64)  # None becomes NaN
+    known: np.ndarray = ~np.isnan(table).all(axis=0)
     quartiles = np.full((3, len(tags)), np.nan)
     quartiles[:, known] = np.nanquantile(table[:, known], (0.25, 0.5, 0.75), axis=0)
     values: dict[str, float | None] = {}
     for tag, (low, middle, high), is_known in zip(tags, quartiles.T, known, strict=True):
         values[tag] = float(middle) if is_known else None
         if is_known and tag.startswith(("fitness/", "validation/")):
-            values[f"{tag}_q25"], values[f"{tag}_q75"] = float(low), float(high)
+            values[f"quartiles/{tag}/q25"] = float(low)
+            values[f"quartiles/{tag}/q75"] = float(high)
     return values
 
 
