@@ -13,7 +13,7 @@ import numpy as np
 from PIL import Image
 
 from experiments.analysis.film_options import FilmOptions
-from experiments.analysis.measures import period_of
+from experiments.analysis.spectrum import period_of
 from experiments.analysis.trajectory import Trajectory, record
 from experiments.runs.champions import Champions
 from physics.render import draw, movie, palette
@@ -236,7 +236,7 @@ def _cycle(course: Trajectory) -> tuple[np.ndarray, str]:
     """Instants of one cycle of the gait, after the landing where the recording is long enough,
     and what to call them."""
     times = course.times
-    period = period_of(course.areas)
+    period = period_of(course.areas, float(np.diff(times).mean()))
     length = min(period or _USUAL_PERIOD, times[-1] - times[0])
     begin = times[0] if times[-1] - _LANDING < length else max(times[0], _LANDING)
     wanted = begin + np.linspace(0, length, _STRIP_FRAMES, endpoint=False)

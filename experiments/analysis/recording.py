@@ -30,13 +30,23 @@ from experiments.rollout.evaluate import world
 from experiments.rollout.scenarios import Grounds
 from experiments.runs.folder import write_atomically
 from physics import Simulator
+from physics.scene.material import DT
 
-__all__ = ["Recording", "describe", "observe", "times_of", "write"]
+__all__ = [
+    "RANDOM_FILE",
+    "Recording",
+    "describe",
+    "observe",
+    "times_of",
+    "write",
+    "write_random",
+]
 
+RANDOM_FILE = "random_genomes.json"
 LAYERS = ("hidden", "output")
 _TIMES = (1 / 60, 1 / 4, 1.0)  # of a life: 1, 15 and 60 s of the paper's
 _LAST = 10.0  # [s] that are kept step by step
-_SECOND = 60  # control steps: over so many the changes of weights are averaged
+_AVERAGED = 1.0  # [s] over which the changes of weights are averaged
 _BINS = 40  # of the histograms of activations, from -1 to 1
 
 
@@ -55,6 +65,7 @@ class Recording:
         way: of the robot's centre [m], shape (K, T, 2), float32.
         terms: summed sizes of the terms A, B, C, D of all changes of weights in the second that
             ends at each of the times, shape (K, times, 4), float64.
+        step: length of a control step [s].
     """
 
     times: list[float]
@@ -65,6 +76,7 @@ class Recording:
     touching: np.ndarray
     way: np.ndarray
     terms: np.ndarray
+    step: float = DT
 
     def synapses(self, run: int, k: int) -> np.ndarray:
         """All weights of one champion at the k-th of the times, shape (n,)."""
@@ -81,6 +93,7 @@ class Recording:
             "touching": self.touching,
             "way": self.way,
             "terms": self.terms,
+            "step": np.array(self.step),
         }
         arrays |= {f"weights_{k}": layer for k, layer in enumerate(self.weights)}
         arrays |= {
@@ -114,14 +127,43 @@ def write(folder: Path, seed: int = 0) -> Path:
     config = champions.config
     school, _ = school_and_exam(config, 1, seed)
     recording = observe(config, champions.genomes, school)
+    write_atomically(folder / "inner_life.npz", recording.to_npz())
+    return _write_summary(folder / "inner_life.json", config, school, recording)
+
+
+def write_random(folder: Path, seed: int = 0) -> Path:
+    """Observe random individuals where the champions of a run were observed: what no evolution
+    brought about shows in them as well.
+
+    They are the first population of the run's evolution (of its first run, if it has several).
+
+    Args:
+        folder: of the run.
+        seed: decides noise, damage and the weights at birth.
+
+    Returns:
+        The file random_genomes.json, like inner_life.json.
+
+    Raises:
+        ValueError: the run cannot be read, or its controllers are static.
+    """
+    champions = plastic_champions(folder)
+    config = champions.config
+    school, _ = school_and_exam(config, 1, seed)
+    strategy = hebbtorch.EvolutionStrategy(
+        champions.genomes.shape[1], population=config.population, seed=config.seed
+    )
+    recording = observe(config, strategy.ask(), school)
+    return _write_summary(folder / RANDOM_FILE, config, school, recording)
+
+
+def _write_summary(path: Path, config: EvolveConfig, school: Grounds, recording: Recording) -> Path:
     summary = {
         "terrain": school.names[0],
         "damage": config.damage,
         "duration": config.duration,
         "runs": describe(recording),
     }
-    write_atomically(folder / "inner_life.npz", recording.to_npz())
-    path = folder / "inner_life.json"
     write_atomically(path, (json.dumps(summary, indent=1, allow_nan=False) + "\n").encode())
     return path
 
@@ -160,6 +202,8 @@ class _Recorder:
         self._ends = [max(1, sim.control_steps(time)) for time in self._times]
         self._first_kept = max(1, self.n_steps - sim.control_steps(_LAST) + 1)
         self._step = 0
+        self._averaged = sim.control_steps(_AVERAGED)
+        self._step_length = DT * sim.control_interval
         self._changes = [TermSizes(networks) for _ in self._times]
         self._weights: list[tuple[Tensor, ...]] = []
         self._histograms = np.zeros((*networks.population, len(LAYERS), _BINS), dtype=np.int64)
@@ -177,7 +221,7 @@ class _Recorder:
         for layer, values in enumerate(neurons):
             _count(self._histograms[:, layer], values.cpu().numpy())
         for end, change in zip(self._ends, self._changes, strict=True):
-            if end - _SECOND < self._step <= end:
+            if end - self._averaged < self._step <= end:
                 change.add(activations)
             if end == self._step:
                 self._weights.append(brain.state().weights)
@@ -199,6 +243,7 @@ class _Recorder:
             touching=_stack(self._touching),
             way=_stack(self._way).astype(np.float32),
             terms=_stack([change.total() for change in self._changes]),
+            step=self._step_length,
         )
 
 
@@ -215,7 +260,7 @@ def describe(recording: Recording) -> list[dict[str, Any]]:
             for k, time in enumerate(recording.times)
         ]
         layers = {
-            name: measures.activation_measures(values[run])
+            name: measures.activation_measures(values[run], recording.step)
             for name, values in zip(LAYERS, recording.activations, strict=True)
         }
         runs.append(
@@ -223,8 +268,7 @@ def describe(recording: Recording) -> list[dict[str, Any]]:
                 "run": run,
                 "weights": at_times,
                 "layers": layers,
-                "gait_period": measures.period_of(recording.areas[run]),
-                "gait_regularity": measures.regularity_of(recording.areas[run]),
+                **measures.gait_measures(recording.areas[run], recording.step),
             }
         )
     return runs

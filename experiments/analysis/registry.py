@@ -22,6 +22,7 @@ __all__ = [
     "matrix",
     "paired_speeds",
     "pruned",
+    "random_genomes",
     "unseen_terrains",
 ]
 
@@ -76,6 +77,16 @@ def inner_life(run_folder: Path) -> Path:
     """
     out = run_folder / "inner_life.json"
     return out if out.exists() else inner.write(run_folder)
+
+
+def random_genomes(run_folder: Path) -> Path:
+    """What `inner_life` tells of champions, of random individuals: random_genomes.json.
+
+    Raises:
+        ValueError: the run cannot be read, or its controllers are static.
+    """
+    out = run_folder / inner.RANDOM_FILE
+    return out if out.exists() else inner.write_random(run_folder)
 
 
 def pruned(run_folder: Path) -> Path:

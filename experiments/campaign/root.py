@@ -29,6 +29,7 @@ Members = Mapping[Study, Sequence[Condition]]
 """Studies with their conditions."""
 
 _FILE, _CONDITIONS, _OVERVIEW = "campaign.json", "conditions", "overview"
+_OWN_NAMES = {"", _CONDITIONS, _OVERVIEW, _FILE, "lock", "ray"}  # that no study may have
 _FORMAT = 1  # of campaign.json
 _OF_AN_INSTANT = {"lock", f"{_FILE}.tmp"}  # what a kill may leave before campaign.json is there
 
@@ -147,14 +148,7 @@ class CampaignRoot:
 
     def _check_names(self, studies: Iterable[Study]) -> None:
         for study in studies:
-            if study.name in (
-                "",
-                _CONDITIONS,
-                _OVERVIEW,
-                _FILE,
-                "lock",
-                "ray",
-            ) or study.name.startswith("."):
+            if study.name in _OWN_NAMES or study.name.startswith("."):
                 raise ValueError(
                     f"study: expected another name than {study.name!r}, which a campaign uses "
                     "itself; rename the file"

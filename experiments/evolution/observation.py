@@ -15,7 +15,7 @@ import torch
 from torch import Tensor
 
 import hebbtorch
-from experiments.analysis.measures import period_of
+from experiments.analysis.measures import gait_measures
 from experiments.analysis.term_sizes import TermSizes
 from experiments.config import EvolveConfig, fresh_terrain
 from experiments.rollout import controller, fused, seeds
@@ -24,8 +24,16 @@ from experiments.rollout.evaluate import world
 from experiments.runs.archive import ARCHIVE_INTERVAL
 from physics import Simulator, Terrain
 from physics.render.draw import Frame
+from physics.scene.material import DT
 
-__all__ = ["Observation", "Observer", "is_filmed", "is_observed", "validation_tags"]
+__all__ = [
+    "Observation",
+    "Observer",
+    "film_seconds",
+    "is_filmed",
+    "is_observed",
+    "validation_tags",
+]
 
 _FIRST = 500_000  # seed of the validation; re-assessments count from 0, evolution from 1,000,000
 _OTHERS = ("flat", "steppy-1-10")  # kinds of terrain besides the evolution's
@@ -64,6 +72,11 @@ def is_filmed(generation: int, generations: int) -> bool:
     return generation in (1, generations) or generation % _FILM_EVERY == 0
 
 
+def film_seconds(config: EvolveConfig) -> float:
+    """Length of the films of champions [s]."""
+    return min(_FILM, config.duration / 2)
+
+
 def validation_tags(config: EvolveConfig) -> list[str]:
     """Tags of the validation: one for each kind of terrain, and one for damage."""
     return [f"validation/{kind}" for kind in _kinds(config)] + ["validation/damage"]
@@ -97,7 +110,7 @@ class Observer:
         whole = replace(self._config, damage="none")
         sim, network, drive = self._start(whole, genomes, self._episodes)
         watch = _Watch(len(self._episodes), network)
-        watch.follow(sim, drive, whole.duration)
+        watch.follow(sim, drive, whole.duration, film_seconds(whole))
         of_terrains = watch.speeds(sim).reshape(len(genomes), -1)
         of_damage = self._damaged(genomes)
         observations = []
@@ -156,11 +169,13 @@ class _Watch:
         self._begin = sim.center_of_mass(), sim.time
         drive.run(sim, steps - 1)
 
-    def follow(self, sim: Simulator, drive: fused.Brain | Stepwise, duration: float) -> None:
+    def follow(
+        self, sim: Simulator, drive: fused.Brain | Stepwise, duration: float, film_seconds: float
+    ) -> None:
         """The same, with a look at the network once per second, and at the body at the end."""
         steps = sim.control_steps(duration)
         window = steps - sim.control_steps(min(_WINDOW, duration / 2))
-        film = steps - sim.control_steps(min(_FILM, duration / 2))
+        film = steps - sim.control_steps(film_seconds)
         second = max(1, _SECOND // sim.control_interval)
         born = drive.state().weights
         drive.run(sim, 1)
@@ -201,11 +216,12 @@ class _Watch:
     ) -> Observation:
         """All that was seen of one champion."""
         touching = torch.stack(self._touching)[:, run].float()
-        period = period_of(torch.stack(self._areas)[:, run].cpu().numpy())
+        gait = gait_measures(
+            torch.stack(self._areas)[:, run].cpu().numpy(), sim.control_interval * DT
+        )
         metrics: dict[str, float | None] = {
             **validation,
-            "body/gait_period": period,
-            "body/gait_frequency": None if period is None else 1 / period,
+            **{f"body/{name}": value for name, value in gait.items()},
             "body/touch": touching.mean().item(),
             **self._plasticity(run),
         }

@@ -28,7 +28,7 @@ def show(
     terrain: Terrain,
     pictured: bool,
 ) -> None:
-    """Log what was observed of the champion of each run.
+    """Log what was observed of the champion of each run; pictures of that of the first one.
 
     Args:
         tracker: of the evolution.
@@ -38,7 +38,7 @@ def show(
         pictured: whether to show films and matrices, too.
     """
     tracker.log_more(generation, [each.metrics for each in observations])
-    for file, seen in zip(tracker.runs, observations, strict=True):
+    for run, (file, seen) in enumerate(zip(tracker.runs, observations, strict=True)):
         for k, weights in enumerate(seen.weights):
             file.histogram(f"weights/layer{k}", weights, generation)
         for term in "ABCD":
@@ -46,7 +46,7 @@ def show(
             if layers:
                 all_of_term = np.concatenate([values.ravel() for values in layers])
                 file.histogram(f"rules/{term}", all_of_term, generation)
-        if pictured:
+        if pictured and run == 0:
             for name, values in seen.rules.items():
                 words = f"{name}, rows: neurons, columns: inputs"
                 file.image(f"rules/{name}", heat_map(values, words), generation)

@@ -14,7 +14,7 @@ STUDY = Study(
     name="normalization",
     question="Does it take diverging weights to move fast, and to keep what was learned?",
     grids=(Grid(axes={**HIGH_BODIES, "normalize": ("none", "l2", "minmax")}),),
-    analyses=("frozen",),
+    analyses=("frozen", "paired_speeds"),
     figures=("normalization", "normalized_freezing"),
 )
 

@@ -191,6 +191,17 @@ def test_measures_of_the_inner_life(tmp_path: Path) -> None:
     assert (measures.bimodality(found) > 0.8).all()
 
 
+def test_random_genomes_are_told_beside_what_is_claimed_of_champions(tmp_path: Path) -> None:
+    config = replace(SMALL, sensors="high")
+    folder, other = (write_run(tmp_path, config, [5.0] * 10, name) for name in ("run", "other"))
+    write_inner_life(folder, 10, growth=4.0)
+    write_inner_life(other, 10, growth=3.0)
+    (folder / "random_genomes.json").write_bytes((other / "inner_life.json").read_bytes())
+    judged = {claim.number: finding for claim, finding in judge(gather([folder]))}
+    assert judged["11"].measured[0].startswith("biped-4x3 high: median 4 of 10 runs")
+    assert judged["11"].measured[1] == "biped-4x3 high: random genomes, median 3 of 10"
+
+
 def write_paper(root: Path, runs: int) -> None:
     """Conditions as the paper found them."""
     rng = np.random.default_rng(0)

@@ -1,5 +1,6 @@
 """Figures from folders of finished runs: what goes into the tables, and that pictures are there."""
 
+import shutil
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -160,9 +161,14 @@ def test_inner_life(root: Path, out: Path) -> None:
     ]
     assert float(rows[2]["largest"]) == pytest.approx(4 * float(rows[1]["largest"]))
     assert len(list(out.glob("normalized_weight_distributions.*"))) == 4
+    shutil.copy(normalized / "inner_life.json", plain / "random_genomes.json")
+    rows = draw("weight_distributions", root, out)
+    assert [row["whose"] for row in rows] == ["champion"] * 6 + ["random genome"] * 3
+    (plain / "random_genomes.json").unlink()
     rows = draw("activations", root, out)
     assert [row["controller"] for row in rows] == ["Hebbian", "Hebbian", "normalized"]
-    assert float(rows[0]["period_gait"]) == pytest.approx(1.5)
+    assert {row["whose"] for row in rows} == {"champion"}
+    assert float(rows[0]["period_gait"]) == pytest.approx(1.5, rel=1e-3)
     assert float(rows[0]["saturated_output"]) > 0.8 > float(rows[2]["saturated_output"])
 
 

@@ -170,6 +170,7 @@ def test_files(recording: Recording, tmp_path) -> None:
             "activations_output",
             "areas",
             "histograms",
+            "step",
             "terms",
             "times",
             "touching",

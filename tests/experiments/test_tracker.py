@@ -9,6 +9,9 @@ import numpy as np
 import pytest
 from PIL import Image
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+from tensorboard.backend.event_processing.plugin_event_accumulator import (
+    EventAccumulator as DataServer,
+)
 from tensorboard.plugins.custom_scalar.layout_pb2 import Layout
 from tensorboard.plugins.hparams.plugin_data_pb2 import HParamsPluginData
 
@@ -69,7 +72,8 @@ def test_a_run_killed_in_its_first_generation_shows_its_options_once(tmp_path: P
     for _ in range(2):
         with Tracker(tmp_path, EvolveConfig(), 1) as tracker:
             log(tracker, 1, 0.5)
-    assert len(read(tmp_path).Tensors("config/text_summary")) == 1
+    shown = DataServer(str(tmp_path)).Reload()  # the reader of TensorBoard's pages
+    assert len(shown.Tensors("config/text_summary")) == 1
     assert scalars(tmp_path, "fitness/best") == [(1, 0.5)]
 
 

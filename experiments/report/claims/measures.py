@@ -127,19 +127,26 @@ def second_settled(condition: Condition) -> Values:
     return np.where(plateau > 0, first, np.nan)  # what does not walk has not settled
 
 
-def weight_growth(condition: Condition) -> Values:
-    """Largest |w| at the end of a life over that at a quarter of it."""
+def weight_growth(condition: Condition, *, random: bool = False) -> Values:
+    """Largest |w| at the end of an episode over that at a quarter of it.
+
+    Args:
+        condition: what was evolved.
+        random: of random genomes in place of the champions; likewise in the next two.
+    """
     return _of_lives(
-        condition, lambda life: life["weights"][-1]["largest"] / life["weights"][1]["largest"]
+        condition,
+        lambda life: life["weights"][-1]["largest"] / life["weights"][1]["largest"],
+        random,
     )
 
 
-def kurtosis(condition: Condition) -> Values:
-    """Excess kurtosis of the weights at the end of a life."""
-    return _of_lives(condition, lambda life: _number(life["weights"][-1]["kurtosis"]))
+def kurtosis(condition: Condition, *, random: bool = False) -> Values:
+    """Excess kurtosis of the weights at the end of an episode."""
+    return _of_lives(condition, lambda life: _number(life["weights"][-1]["kurtosis"]), random)
 
 
-def bimodality(condition: Condition) -> Values:
+def bimodality(condition: Condition, *, random: bool = False) -> Values:
     """Twice the smaller of the shares of activations below -0.9 and above 0.9: 1 if all activations
     are saturated, evenly on both sides; mean of the hidden and the output layer."""
     return _of_lives(
@@ -147,6 +154,7 @@ def bimodality(condition: Condition) -> Values:
         lambda life: float(
             np.mean([2 * min(layer["low"], layer["high"]) for layer in life["layers"].values()])
         ),
+        random,
     )
 
 
@@ -175,8 +183,11 @@ def _plateau(frozen: Frozen) -> Values:
     return np.array([intervals.middle(own) for own in late])
 
 
-def _of_lives(condition: Condition, measure: Callable[[dict[str, Any]], float]) -> Values:
-    return np.array([measure(life) for life in inner_life.measures(condition)])
+def _of_lives(
+    condition: Condition, measure: Callable[[dict[str, Any]], float], random: bool = False
+) -> Values:
+    observed = inner_life.random_measures if random else inner_life.measures
+    return np.array([measure(life) for life in observed(condition)])
 
 
 def _number(value: float | None) -> float:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 from experiments.report.claims import judges, measures, verdicts
 from experiments.report.claims.finding import Finding
@@ -48,6 +49,16 @@ class Claim:
     says: str
     test: str
     judge: Callable[[Results], Finding]
+
+
+def _beside_random(measure: Callable[..., Any], least: float) -> Callable[[Results], Finding]:
+    """Judge a measure of the dynamics of champions, and tell that of random genomes beside it."""
+    return partial(
+        judges.of_runs,
+        measure=measure,
+        bounds=judges.at_least(least),
+        reference=partial(measure, random=True),
+    )
 
 
 def _normalized(letter: str, how: str, normalize: str) -> list[Claim]:
@@ -196,21 +207,21 @@ CLAIMS: Sequence[Claim] = (
         "Fig. 7, Sec. IV-C",
         "Weights diverge over the whole life.",
         "largest |w| at 60 s over that at 15 s; at least 2",
-        partial(judges.of_runs, measure=measures.weight_growth, bounds=judges.at_least(_GROWTH)),
+        _beside_random(measures.weight_growth, _GROWTH),
     ),
     Claim(
         "12",
         "Fig. 7, Sec. IV-C",
         "Weights end up in a bell with small clusters of very large values.",
         "excess kurtosis of the weights at 60 s; above 0",
-        partial(judges.of_runs, measure=measures.kurtosis, bounds=judges.at_least(0.0)),
+        _beside_random(measures.kurtosis, 0.0),
     ),
     Claim(
         "13",
         "Sec. IV-C",
         "Activations are bimodal: the neurons are saturated.",
         "twice the smaller of the shares below -0.9 and above 0.9, mean of layers; at least 0.5",
-        partial(judges.of_runs, measure=measures.bimodality, bounds=judges.at_least(_BIMODAL)),
+        _beside_random(measures.bimodality, _BIMODAL),
     ),
     *_normalized("a", "the Euclidean norm of the text", "l2"),
     *_normalized("b", "the least and greatest weight of the code", "minmax"),

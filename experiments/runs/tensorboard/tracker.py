@@ -177,7 +177,7 @@ def _over_runs(metrics: Sequence[Mapping[str, float | None]]) -> dict[str, float
     tags = list(metrics[0])
     rows = [[of_run[tag] for tag in tags] for of_run in metrics]
     table = np.array(rows, dtype=np.float64)  # None becomes NaN
-    known: np.ndarray = ~np.isnan(table).all(axis=0)
+    known = np.array([not np.isnan(column).all() for column in table.T])
     quartiles = np.full((3, len(tags)), np.nan)
     quartiles[:, known] = np.nanquantile(table[:, known], (0.25, 0.5, 0.75), axis=0)
     values: dict[str, float | None] = {}
