@@ -12,12 +12,20 @@ import math
 from dataclasses import dataclass
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
-__all__ = ["EvolveConfig", "fresh_terrain"]
+__all__ = ["EvolveConfig"]
 
-_SEEDED_FAMILIES = ("hilly", "steppy", "flatWithStart")  # a name without seed leaves it open
 _LEAST_DURATION = 0.1  # [s]
 _LEAST_POPULATION = 4  # of which a quarter are parents
-_PLASTIC_OPTIONS = ("sharing", "normalize", "eta", "init", "terms")
+_PLASTIC_OPTIONS = (
+    "sharing",
+    "normalize",
+    "eta",
+    "init",
+    "terms",
+    "exchange_bc",
+    "constant_last_input",
+)
+_STATIC_OPTIONS = ("gain", "bias", "input_activation")
 
 
 @dataclass(frozen=True)
@@ -30,8 +38,9 @@ class EvolveConfig:
     sensors: Literal["low", "medium", "high"] = "low"
     """Sensory apparatus."""
 
-    controller: Literal["hebbian", "mlp"] = "hebbian"
-    """Plastic network whose rules evolve, or static network whose weights evolve."""
+    controller: Literal["hebbian", "mlp", "rnn"] = "hebbian"
+    """Plastic network whose rules evolve, or static network whose weights evolve: feed-forward, or
+    recurrent with at most as many genes ("rnn", Elman's)."""
 
     sharing: Literal["full", "single", "presynaptic", "postsynaptic", "grouped"] = "full"
     """Which synapses share a rule; "grouped" is one rule per kind of sensor."""
@@ -48,6 +57,21 @@ class EvolveConfig:
 
     terms: str = "ABCD"
     """Terms of the rules, such as "BCD" without A; those left out are zero and do not evolve."""
+
+    exchange_bc: bool = False
+    """B weighs the post- and C the pre-synaptic activation, as in the paper's code."""
+
+    constant_last_input: bool = False
+    """The last reading is replaced by 1, a bias of the hidden neurons, as in the paper's code."""
+
+    gain: float = 1.0
+    """Of a static network: the factor on every gene where it becomes a weight."""
+
+    bias: bool = False
+    """Of a static network: every neuron but the inputs has a bias, a gene of its own."""
+
+    input_activation: Literal["identity", "tanh"] = "identity"
+    """Of a static network, applied to the readings; the paper's code has tanh."""
 
     terrain: str = "hilly-3-30"
     """Ground. Without a seed, every evaluation gets a terrain of its own; with one
@@ -148,6 +172,8 @@ class EvolveConfig:
                 raise ValueError(f"{name}: expected a finite number >= {minimum}, got {value!r}")
         if self.sigma == 0:
             raise ValueError("sigma: expected a number > 0, got 0; nothing would evolve")
+        if not _is_finite(self.gain) or self.gain == 0:
+            raise ValueError(f"gain: expected a finite number other than 0, got {self.gain!r}")
         if self.eta != "evolved" and not _is_finite(self.eta):
             raise ValueError(f'eta: expected a finite number or "evolved", got {self.eta!r}')
 
@@ -155,14 +181,18 @@ class EvolveConfig:
         from hebbtorch.rule_bank import check_terms
 
         check_terms(self.terms)
-        if self.controller != "mlp":
-            return
+        is_plastic = self.controller == "hebbian"
         default = EvolveConfig()
-        for name in _PLASTIC_OPTIONS:
+        for name in _STATIC_OPTIONS if is_plastic else _PLASTIC_OPTIONS:
             if getattr(self, name) != getattr(default, name):
+                lacking, other = (
+                    ("whose weights do not evolve", "mlp or rnn")
+                    if is_plastic
+                    else ("which has no plasticity", "hebbian")
+                )
                 raise ValueError(
-                    f"{name}: expected no such option with controller mlp, which has no "
-                    f"plasticity, got {getattr(self, name)!r}; drop it or use controller hebbian"
+                    f"{name}: expected no such option with controller {self.controller}, {lacking},"
+                    f" got {getattr(self, name)!r}; drop it or use controller {other}"
                 )
 
     def _check_world(self) -> None:
@@ -174,7 +204,7 @@ class EvolveConfig:
                 f"sensors: expected at least one reading, got none from {self.sensors!r} on "
                 f"{self.shape!r}; choose a richer apparatus"
             )
-        Terrain.from_name(fresh_terrain(self.terrain, 0))
+        Terrain.from_name(self.terrain, seed=0)
 
     def _check_device(self) -> None:
         from physics import checks
@@ -183,19 +213,6 @@ class EvolveConfig:
             checks.device(self.device)
         except RuntimeError:  # PyTorch's, for a name that it does not know
             raise ValueError(f"device: expected cpu or cuda, got {self.device!r}") from None
-
-
-def fresh_terrain(name: str, seed: int) -> str:
-    """The full name of a terrain: `name` itself, or with `seed` added where it leaves one open.
-
-    Args:
-        name: such as "hilly-3-30" (open), "hilly-3-30-7" (fixed) or "flat" (has none).
-        seed: an integer >= 0.
-    """
-    family, *fields = name.split("-")
-    n_fields = 0 if family == "flatWithStart" else 2  # besides the seed
-    is_open = family in _SEEDED_FAMILIES and len(fields) == n_fields
-    return f"{name}-{seed}" if is_open else name
 
 
 def _is_integer(value: Any) -> bool:

@@ -28,7 +28,7 @@ import contextlib
 import io
 import os
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -225,10 +225,10 @@ class Program(NamedTuple):
 
     def packed(self, items: Tensor) -> Tensor:
         """A tensor (groups, items, places), its memory in the order of kernels, as this program
-        takes it: a view, in vectors of its lanes."""
-        if self.lanes == self.places:
-            return packed(items, self.lanes)
-        return items.view(items.shape[0], -1, self.lanes)
+        takes it: a view, in vectors of its lanes; see `Real.array`."""
+        if self.lanes == 1:
+            return packed(items, 1)
+        return items.view(-1, self.lanes)
 
 
 @dataclass(frozen=True)
@@ -270,9 +270,9 @@ class Real:
 
     @property
     def array(self) -> Any:
-        """Kernel argument: lane vectors, a tensor of `Program.packed`. Kernels use it through
-        `view`."""
-        return ti.types.ndarray(dtype=self.vec, ndim=2)
+        """Kernel argument: lane vectors, a tensor of `Program.packed`. They are one row, group
+        after group, or, with one lane, (items, groups). Kernels use it through `group`."""
+        return ti.types.ndarray(dtype=self.vec, ndim=2 if self.lanes == 1 else 1)
 
     @property
     def narrow(self) -> bool:
@@ -284,9 +284,36 @@ class Real:
         """Iterations of a parallel loop for each chunk of groups, see GRAIN."""
         return 1 if self.on_gpu else GRAIN
 
-    def view(self, array: Any) -> View:
-        """In a kernel: an array of groups and items, to be indexed as ``[group, item]``."""
-        return View(array, self.places == 1)
+    def group(self, array: Any, number: Any, items: Any) -> Group:
+        """In a kernel: the items of a group.
+
+        Args:
+            array: an argument of the kernel that was declared as `array`.
+            number: of the group.
+            items: how many each group has.
+        """
+        if self.lanes == 1:
+            return Group(array, number, items, lambda item: (item, number))
+        start = _variable(number * (items * (self.places // self.lanes)))
+        mask = 2**31 // self.lanes - 1
+        return Group(array, number, items, lambda item: ((start + item) & mask,))
+
+    def items(self, array: Any, other: Any, items: Any) -> Any:
+        """In a kernel: how many items a group has in an array, from those it has in another."""
+        if self.lanes == 1:
+            return array.shape[0]
+        parts = self.places // self.lanes
+        return _variable(array.shape[0] // (other.shape[0] // (items * parts)) // parts)
+
+    def lists(self, array: Any, number: Any) -> Group:
+        """In a kernel: the integers of a group.
+
+        Args:
+            array: an argument that was declared as `integers(2)`, a tensor of `packed`.
+            number: of the group.
+        """
+        order = (lambda item: (item, number)) if self.places == 1 else (lambda item: (number, item))
+        return Group(array, number, array.shape[0 if self.places == 1 else 1], order)
 
     def scalars(self, ndim: int) -> Any:
         """Kernel argument: a contiguous torch tensor of ndim dimensions."""
@@ -398,32 +425,69 @@ def _brief_places() -> Iterator[None]:
         _Reader.get_pos_info = full
 
 
-class View:
-    """A kernel's array, (groups, items) or (items, groups), indexed as ``[group, item]``.
+class Group:
+    """The items of a group in a kernel's array, indexed as ``[item]``.
 
     It exists while a kernel is compiled only, and leaves no trace in it.
+
+    Taichi adds indices as 32-bit integers of which it promises LLVM nothing. Unless LLVM knows
+    that a sum stays below 2^31, it has to compute every address from its own sum, one by one: of
+    the instructions for the springs of a voxel, two fifths. So the place of a block of items is
+    one masked number, which is surely small, and its items lie at constants behind it: these become
+    part of the instruction that loads or stores.
+
+    Attributes:
+        number: of the group.
+        items: how many it has.
+        at: ``at[item]`` is the `Block` of the items from this one on.
     """
 
     _data_oriented = True  # lets Taichi pass it on as it is
 
-    def __init__(self, array: Any, items_first: bool) -> None:
+    def __init__(
+        self, array: Any, number: Any, items: Any, address: Callable[[Any], tuple[Any, ...]]
+    ) -> None:
         self._array = array
-        self._items_first = items_first
+        self._address = address
+        self.number = number
+        self.items = items
+        self.at = _Blocks(array, address)
 
-    @property
-    def groups(self) -> Any:
-        """Their number."""
-        return self._array.shape[int(self._items_first)]
+    def __getitem__(self, item: Any) -> Any:
+        if isinstance(item, tuple):  # [group, item], as some functions have it
+            item = item[1]
+        return _impl.subscript(None, self._array, *self._address(item))
 
-    @property
-    def items(self) -> Any:
-        """Of each group."""
-        return self._array.shape[int(not self._items_first)]
 
-    def __getitem__(self, index: tuple[Any, Any]) -> Any:
-        group, item = index
-        place = (item, group) if self._items_first else (group, item)
-        return _impl.subscript(None, self._array, *place)
+class _Blocks:
+    """Of a group, by their first items."""
+
+    def __init__(self, array: Any, address: Callable[[Any], tuple[Any, ...]]) -> None:
+        self._array = array
+        self._address = address
+
+    def __getitem__(self, item: Any) -> Block:
+        first, *group = self._address(item)
+        return Block(self._array, _variable(first), *group)
+
+
+class Block:
+    """Items of a group from one of them on, the first as ``[0]``; see `Group`."""
+
+    _data_oriented = True
+
+    def __init__(self, array: Any, first: Any, *group: Any) -> None:
+        self._array = array
+        self._first = first
+        self._group = group
+
+    def __getitem__(self, item: Any) -> Any:
+        return _impl.subscript(None, self._array, self._first + item, *self._group)
+
+
+def _variable(value: Any) -> Any:
+    """In a kernel: keeps a value, so that it is not computed wherever it is used."""
+    return _impl.expr_init(value)
 
 
 def integers(ndim: int) -> Any:

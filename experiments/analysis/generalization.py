@@ -10,24 +10,24 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from functools import reduce
+from operator import add
 from pathlib import Path
 from typing import Any
 
-import torch
 from torch import Tensor
 
-from experiments.config import EvolveConfig, fresh_terrain
+from experiments.config import EvolveConfig
 from experiments.files.csvfile import write_csv
-from experiments.rollout import controller, seeds
-from experiments.rollout.episode import live
-from experiments.rollout.evaluate import world
-from experiments.rollout.scenarios import Grounds
+from experiments.rollout import seeds
+from experiments.rollout.episode import start_episode
+from experiments.rollout.scenarios import Scenarios
 from experiments.runs.champions import Champions
-from physics import Damage, Engine
+from experiments.runs.names import GENERALIZATION
+from physics import Damage, Engine, Terrain
 
-__all__ = ["FILE", "SETTINGS", "TRAINING", "UNSEEN", "Setting", "speeds_in", "write"]
+__all__ = ["SETTINGS", "TRAINING", "UNSEEN", "Setting", "speeds_in", "write"]
 
-FILE = "generalization.csv"
 TRAINING, UNSEEN = "training", "unseen"
 
 _TERRAINS = 30
@@ -41,13 +41,21 @@ class Setting:
     Attributes:
         name: of the setting.
         terrain: kind of ground; None for that of the evolution.
-        physics: keywords of `Simulator` that are not as in the evolution; damage happens at half
-            of the episode, whatever its time here.
+        physics: keywords of `Simulator` that are not as in the evolution.
+        damage_mode: what the voxels that break at half of the episode do from then on (see
+            `Damage`); None for the damage of the evolution.
     """
 
     name: str
     terrain: str | None = None
     physics: dict[str, Any] = field(default_factory=dict)
+    damage_mode: str | None = None
+
+    def keywords(self, duration: float) -> dict[str, Any]:
+        """All keywords of `Simulator` that differ, in episodes of so many seconds."""
+        if self.damage_mode is None:
+            return self.physics
+        return {**self.physics, "damage": Damage(time=duration / 2, mode=self.damage_mode)}
 
 
 SETTINGS = (
@@ -58,7 +66,7 @@ SETTINGS = (
         for kind in ("flat", "hilly-1-10", "steppy-1-10", "uphill-10", "downhill-10")
     ),
     *(
-        Setting(f"damage-{mode}", physics={"damage": Damage(mode=mode)})
+        Setting(f"damage-{mode}", damage_mode=mode)
         for mode in ("rest", "frozen", "random", "blind")
     ),
     *(Setting(f"gravity-{g}", physics={"gravity": g}) for g in (4.9, 19.6)),
@@ -84,7 +92,7 @@ def write(folder: Path, seed: int = 0) -> Path:
     """
     champions = Champions.load(folder)
     rows = [row for setting in SETTINGS for row in _rows(champions, setting, seed)]
-    return write_csv(folder / FILE, _COLUMNS, rows)
+    return write_csv(folder / GENERALIZATION, _COLUMNS, rows)
 
 
 def _rows(
@@ -93,52 +101,47 @@ def _rows(
     config = champions.config
     n_runs = len(champions.genomes)
     kind = config.terrain if setting.terrain is None else setting.terrain
-    unseen = Grounds.unseen(kind, seeds.unseen_terrain_seeds(_TERRAINS), seed)
+    unseen = Scenarios.unseen(kind, seeds.unseen_terrain_seeds(_TERRAINS), seed)
     per_run = [unseen] * n_runs
     if setting.name == TRAINING:
-        per_run = [replace(unseen, names=_training_terrains(config, run)) for run in range(n_runs)]
-    speeds = speeds_in(config, champions.genomes, per_run, setting.physics)
-    for run, (grounds, own) in enumerate(zip(per_run, speeds.tolist(), strict=True)):
-        for terrain, speed in zip(grounds.names, own, strict=True):
+        per_run = [
+            replace(unseen, terrains=_training_terrains(config, run)) for run in range(n_runs)
+        ]
+    speeds = speeds_in(config, champions.genomes, per_run, setting.keywords(config.duration))
+    for run, (scenarios, own) in enumerate(zip(per_run, speeds.tolist(), strict=True)):
+        for terrain, speed in zip(scenarios.names, own, strict=True):
             yield setting.name, run, terrain, speed
 
 
-def _training_terrains(config: EvolveConfig, run: int) -> list[str]:
+def _training_terrains(config: EvolveConfig, run: int) -> list[Terrain]:
     """The last terrains that a run's evolution met, the latest first."""
     evaluations = (
         (generation, individual)
         for generation in range(config.generations, 0, -1)
         for individual in range(config.population)
     )
-    names = [
-        fresh_terrain(config.terrain, seeds.terrain_seed(config.seed + run, *each))
+    terrains = [
+        Terrain.from_name(config.terrain, seeds.terrain_seed(config.seed + run, *each))
         for each, _ in zip(evaluations, range(_TERRAINS), strict=False)
     ]
-    return [names[k % len(names)] for k in range(_TERRAINS)]
+    return [terrains[k % len(terrains)] for k in range(_TERRAINS)]
 
 
-@torch.no_grad()
 def speeds_in(
-    config: EvolveConfig, genomes: Tensor, grounds: list[Grounds], physics: dict[str, Any]
+    config: EvolveConfig, genomes: Tensor, scenarios: list[Scenarios], physics: dict[str, Any]
 ) -> Tensor:
-    """Speeds of individuals, each on grounds of its own.
+    """Speeds of individuals, each in scenarios of its own.
 
     Args:
         config: of their evolution.
         genomes: shape (K, G).
-        grounds: S grounds for each of the K.
+        scenarios: S scenarios for each of the K.
         physics: keywords of `Simulator` that are not as in the evolution.
 
     Returns:
         Speeds [m/s], shape (K, S), float64, NaN where an episode failed.
     """
-    each = len(grounds[0])
-    together = Grounds([], [], [])
-    for own in grounds:
-        together = together + own
-    networks = controller.build(config, len(together))
-    networks.set_genomes(genomes.repeat_interleave(each, 0))
-    sim = world(config, together.terrains(), together.worlds, **physics)
-    state = controller.birth(networks, config.init, together.births)
-    life = live(sim, networks, config.duration, state=state, loop=config.loop)
-    return life.speed.cpu().reshape(len(genomes), each)
+    each = len(scenarios[0])
+    together = reduce(add, scenarios)
+    episode = start_episode(config, genomes.repeat_interleave(each, 0), together, **physics)
+    return episode.finish().speed.cpu().reshape(len(genomes), each)

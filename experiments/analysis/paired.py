@@ -14,17 +14,17 @@ from pathlib import Path
 import torch
 from torch import Tensor
 
-from experiments.analysis.freezing import act, learn, school_and_exam
+from experiments.analysis.freezing import act, learn, training_and_test
 from experiments.analysis.unseen import speeds_on
 from experiments.config import EvolveConfig
 from experiments.files.csvfile import write_csv
-from experiments.rollout.scenarios import Grounds
+from experiments.rollout.scenarios import Scenarios
 from experiments.runs.archive import Archive
 from experiments.runs.champions import Champions
+from experiments.runs.names import PAIRED
 
-__all__ = ["FILE", "FROZEN_AT", "compare", "write"]
+__all__ = ["FROZEN_AT", "compare", "write"]
 
-FILE = "paired.csv"
 FROZEN_AT = (0.0, 1.0, 5.0, 20.0, 60.0)
 """When weights are frozen [s]; those beyond the end of an episode are left out."""
 
@@ -54,27 +54,27 @@ def write(folder: Path, seed: int = 0) -> Path:
     rows = list(_rows(config, config.generations, champions.genomes, _TERRAINS, seed))
     for generation, genomes in [] if archive is None else _kept(archive):
         rows += _rows(config, generation, genomes, _TERRAINS_OF_ARCHIVE, seed)
-    return write_csv(folder / FILE, _COLUMNS, sorted(rows, key=lambda row: row[0]))
+    return write_csv(folder / PAIRED, _COLUMNS, sorted(rows, key=lambda row: row[0]))
 
 
-def compare(config: EvolveConfig, genomes: Tensor, exam: Grounds, school: Grounds) -> Tensor:
+def compare(config: EvolveConfig, genomes: Tensor, test: Scenarios, training: Scenarios) -> Tensor:
     """Speeds of individuals while they learn, and with frozen weights.
 
     Args:
         config: of their evolution.
         genomes: shape (K, G).
-        exam: S grounds, the same for all.
-        school: the one ground on which the weights to be frozen are learned.
+        test: S scenarios, the same for all.
+        training: the one scenario in which the weights to be frozen are learned.
 
     Returns:
         Speeds [m/s], shape (modes, K, S), float64: plastic, then frozen at each of `FROZEN_AT`
         within the duration (a static network has the first alone); NaN where an episode failed.
     """
-    plastic = speeds_on(config, genomes, exam)[None]
+    plastic = speeds_on(config, genomes, test)[None]
     if config.controller != "hebbian":
         return plastic
-    snapshots = learn(config, genomes, _times(config), school)
-    return torch.cat([plastic, act(config, snapshots, exam).cpu()])
+    snapshots = learn(config, genomes, _times(config), training)
+    return torch.cat([plastic, act(config, snapshots, test).cpu()])
 
 
 def _times(config: EvolveConfig) -> list[float]:
@@ -91,9 +91,9 @@ def _kept(archive: Archive) -> Iterator[tuple[int, Tensor]]:
 def _rows(
     config: EvolveConfig, generation: int, genomes: Tensor, n_terrains: int, seed: int
 ) -> Iterator[tuple[int, int, str, float, float]]:
-    school, exam = school_and_exam(config, n_terrains, seed)
-    speeds = compare(config, genomes, exam, school)
+    training, test = training_and_test(config, n_terrains, seed)
+    speeds = compare(config, genomes, test, training)
     for frozen_at, of_mode in zip([math.nan, *_times(config)], speeds.tolist(), strict=False):
         for run, of_run in enumerate(of_mode):
-            for terrain, speed in zip(exam.names, of_run, strict=True):
+            for terrain, speed in zip(test.names, of_run, strict=True):
                 yield generation, run, terrain, frozen_at, speed

@@ -12,7 +12,7 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,18 +22,18 @@ from torch import Tensor
 
 import hebbtorch
 from experiments.analysis import measures
-from experiments.analysis.freezing import plastic_champions, school_and_exam
+from experiments.analysis.freezing import plastic_champions, training_and_test
 from experiments.analysis.term_sizes import TermSizes
 from experiments.config import EvolveConfig
-from experiments.rollout import controller, fused
-from experiments.rollout.evaluate import world
-from experiments.rollout.scenarios import Grounds
-from experiments.runs.folder import write_atomically
+from experiments.files.atomic import write_atomically
+from experiments.rollout import fused
+from experiments.rollout.episode import start_episode
+from experiments.rollout.scenarios import Scenarios
+from experiments.runs.names import RANDOM_GENOMES, RECORDING, RECORDING_MEASURES
 from physics import Simulator
 from physics.scene.material import DT
 
 __all__ = [
-    "RANDOM_FILE",
     "Recording",
     "describe",
     "observe",
@@ -42,7 +42,6 @@ __all__ = [
     "write_random",
 ]
 
-RANDOM_FILE = "random_genomes.json"
 LAYERS = ("hidden", "output")
 _TIMES = (1 / 60, 1 / 4, 1.0)  # of a life: 1, 15 and 60 s of the paper's
 _LAST = 10.0  # [s] that are kept step by step
@@ -125,10 +124,10 @@ def write(folder: Path, seed: int = 0) -> Path:
     """
     champions = plastic_champions(folder)
     config = champions.config
-    school, _ = school_and_exam(config, 1, seed)
-    recording = observe(config, champions.genomes, school)
-    write_atomically(folder / "inner_life.npz", recording.to_npz())
-    return _write_summary(folder / "inner_life.json", config, school, recording)
+    training, _ = training_and_test(config, 1, seed)
+    recording = observe(config, champions.genomes, training)
+    write_atomically(folder / RECORDING, recording.to_npz())
+    return _write_summary(folder / RECORDING_MEASURES, config, training, recording)
 
 
 def write_random(folder: Path, seed: int = 0) -> Path:
@@ -149,17 +148,19 @@ def write_random(folder: Path, seed: int = 0) -> Path:
     """
     champions = plastic_champions(folder)
     config = champions.config
-    school, _ = school_and_exam(config, 1, seed)
+    training, _ = training_and_test(config, 1, seed)
     strategy = hebbtorch.EvolutionStrategy(
         champions.genomes.shape[1], population=config.population, seed=config.seed
     )
-    recording = observe(config, strategy.ask(), school)
-    return _write_summary(folder / RANDOM_FILE, config, school, recording)
+    recording = observe(config, strategy.ask(), training)
+    return _write_summary(folder / RANDOM_GENOMES, config, training, recording)
 
 
-def _write_summary(path: Path, config: EvolveConfig, school: Grounds, recording: Recording) -> Path:
+def _write_summary(
+    path: Path, config: EvolveConfig, training: Scenarios, recording: Recording
+) -> Path:
     summary = {
-        "terrain": school.names[0],
+        "terrain": training.names[0],
         "damage": config.damage,
         "duration": config.duration,
         "runs": describe(recording),
@@ -169,27 +170,22 @@ def _write_summary(path: Path, config: EvolveConfig, school: Grounds, recording:
 
 
 @torch.no_grad()
-def observe(config: EvolveConfig, genomes: Tensor, school: Grounds) -> Recording:
+def observe(config: EvolveConfig, genomes: Tensor, training: Scenarios) -> Recording:
     """Let plastic individuals live, and record their weights, neurons and bodies.
 
     Args:
         config: of their evolution.
         genomes: shape (K, G).
-        school: the one ground on which all of them live.
+        training: the one scenario that all of them meet.
     """
-    n = len(genomes)
-    networks = controller.build(config, n)
-    assert isinstance(networks, hebbtorch.HebbianMLP)
-    networks.set_genomes(genomes)
-    grounds = school * n
-    sim = world(config, grounds.terrains(), grounds.worlds)
-    state = controller.birth(networks, config.init, grounds.births)
-    brain = fused.pack(sim, networks, state)
-    recorder = _Recorder(networks, sim, config.duration)
-    sim.reset()
-    for _ in range(recorder.n_steps):
-        brain.run(sim, 1)
-        recorder.add(sim, brain)
+    config = replace(config, loop="fused")  # whose activations can be read
+    episode = start_episode(config, genomes, training * len(genomes))
+    assert isinstance(episode.network, hebbtorch.HebbianMLP)
+    assert isinstance(episode.loop, fused.Brain)
+    recorder = _Recorder(episode.network, episode.sim, config.duration)
+    for _ in range(episode.n_steps):
+        episode.run(1)
+        recorder.add(episode.sim, episode.loop)
     return recorder.recording()
 
 

@@ -12,7 +12,8 @@ from experiments.analysis import generalization, paired, pruning
 from experiments.analysis import recording as inner
 from experiments.analysis import validation_matrix as validation
 from experiments.analysis.freezing import freeze, plastic_champions
-from experiments.analysis.unseen import assess, default_file
+from experiments.analysis.unseen import assess
+from experiments.runs import names
 from experiments.runs.champions import Champions
 
 __all__ = [
@@ -26,8 +27,6 @@ __all__ = [
     "unseen_terrains",
 ]
 
-_TERRAINS = 10  # as in the paper, Sec. IV-A
-
 
 def unseen_terrains(run_folder: Path) -> Path:
     """Champions on 10 terrains that evolution never met: evaluation-TERRAIN-DAMAGE.csv.
@@ -35,8 +34,8 @@ def unseen_terrains(run_folder: Path) -> Path:
     Raises:
         ValueError: the run cannot be read.
     """
-    out = run_folder / default_file(Champions.load(run_folder).config)
-    return out if out.exists() else assess(run_folder, _TERRAINS).write(out)
+    out = run_folder / names.evaluation_file(Champions.load(run_folder).config)
+    return out if out.exists() else assess(run_folder, names.EVALUATION_TERRAINS).write(out)
 
 
 def frozen(run_folder: Path) -> Path:
@@ -45,7 +44,7 @@ def frozen(run_folder: Path) -> Path:
     Raises:
         ValueError: the run cannot be read, or its controllers are static.
     """
-    out = run_folder / "freeze.csv"
+    out = run_folder / names.FREEZING
     return out if out.exists() else freeze(plastic_champions(run_folder)).write(out)
 
 
@@ -55,7 +54,7 @@ def paired_speeds(run_folder: Path) -> Path:
     Raises:
         ValueError: the run cannot be read.
     """
-    out = run_folder / paired.FILE
+    out = run_folder / names.PAIRED
     return out if out.exists() else paired.write(run_folder)
 
 
@@ -65,7 +64,7 @@ def generalized(run_folder: Path) -> Path:
     Raises:
         ValueError: the run cannot be read.
     """
-    out = run_folder / generalization.FILE
+    out = run_folder / names.GENERALIZATION
     return out if out.exists() else generalization.write(run_folder)
 
 
@@ -75,7 +74,7 @@ def inner_life(run_folder: Path) -> Path:
     Raises:
         ValueError: the run cannot be read, or its controllers are static.
     """
-    out = run_folder / "inner_life.json"
+    out = run_folder / names.RECORDING_MEASURES
     return out if out.exists() else inner.write(run_folder)
 
 
@@ -85,7 +84,7 @@ def random_genomes(run_folder: Path) -> Path:
     Raises:
         ValueError: the run cannot be read, or its controllers are static.
     """
-    out = run_folder / inner.RANDOM_FILE
+    out = run_folder / names.RANDOM_GENOMES
     return out if out.exists() else inner.write_random(run_folder)
 
 
@@ -95,7 +94,7 @@ def pruned(run_folder: Path) -> Path:
     Raises:
         ValueError: the run cannot be read, or its controllers are static.
     """
-    out = run_folder / "pruned.csv"
+    out = run_folder / names.PRUNING
     return out if out.exists() else pruning.prune(plastic_champions(run_folder)).write(out)
 
 
@@ -105,5 +104,5 @@ def matrix(run_folder: Path) -> Path:
     Raises:
         ValueError: the run cannot be read.
     """
-    out = run_folder / "matrix.csv"
+    out = run_folder / names.MATRIX
     return out if out.exists() else validation.validate(Champions.load(run_folder)).write(out)

@@ -14,10 +14,10 @@ import torch
 from torch import Tensor
 
 import hebbtorch
-from experiments.config import EvolveConfig, fresh_terrain
-from experiments.rollout import controller, seeds
-from experiments.rollout.episode import driver
-from experiments.rollout.evaluate import world
+from experiments.config import EvolveConfig
+from experiments.rollout.control_loop import ControlLoop
+from experiments.rollout.episode import start_episode
+from experiments.rollout.scenarios import Scenarios
 from physics import Apparatus, Simulator, Terrain
 from physics.render.draw import Frame
 from physics.scene.clock import steps_in
@@ -141,18 +141,14 @@ def record(
         -(-step // config.control_interval) for step in (first, last, frozen_from)
     )
     config = replace(config, threads=1)  # one robot gains nothing from more
-    terrain = Terrain.from_name(fresh_terrain(config.terrain, seed))
-    sim = world(config, [terrain], [seeds.derive(0, "unseen", seed)])
-    network = controller.build(config, 1)
-    network.set_genomes(genome[None])
-    state = controller.birth(network, config.init, [seeds.derive(0, "unseen-init", seed)])
+    scenarios = Scenarios.unseen(config.terrain, [seed])
+    episode = start_episode(config, genome[None], scenarios)
+    sim = episode.sim
     broken = np.zeros(sim.n_voxels, dtype=bool)
     if sim.damage is not None:
-        broken = sim.damage.sample(seeds.derive(0, "unseen", seed), sim.n_voxels)
+        broken = sim.damage.sample(scenarios.world_seeds[0], sim.n_voxels)
     course = _Course(weights_every, broken)
-    drive = driver(sim, network, state, config.loop)
-    sim.reset()
-    course.look_at_weights(0.0, drive.state())
+    course.look_at_weights(0.0, episode.state())
     step = 0
     while step < last:
         # A step at a time where something is recorded, as many as possible before.
@@ -161,22 +157,22 @@ def record(
             ahead = min(ahead, frozen_from - step)
         ahead = max(1, min(ahead, last - step))
         if step == frozen_from:
-            drive = driver(sim, *_frozen(network, drive.state()), config.loop)
+            episode.freeze()
         if ahead > 1:
-            drive.run(sim, ahead - 1)
+            episode.run(ahead - 1)
         in_force = sim.actuation()
-        drive.run(sim, 1)
+        episode.run(1)
         step += ahead
         if sim.failed()[0]:
             break
         if step >= first:
-            course.add(sim, in_force, drive)
+            course.add(sim, in_force, episode.loop)
     if len(course.times) < 2:
         raise ValueError(
             f"start: expected a time before the simulation of this robot fails, got "
             f"{first * DT:.1f} s; choose an earlier one, or another seed"
         )
-    return course.finish(config, terrain, sim.apparatus)
+    return course.finish(config, scenarios.terrains[0], sim.apparatus)
 
 
 def lidar_rays(
@@ -222,17 +218,17 @@ class _Course:
     weight_times: list[float] = field(default_factory=list)
     weights: list[tuple[np.ndarray, ...]] = field(default_factory=list)
 
-    def add(self, sim: Simulator, in_force: Tensor, drive: object) -> None:
+    def add(self, sim: Simulator, in_force: Tensor, loop: ControlLoop) -> None:
         """Note one instant."""
         damage = sim.damage
         is_broken = damage is not None and damage.time <= sim.time - DT / 2 < damage.until
         columns = (sim.mass_poses(), in_force, sim.area_ratios(), sim.touching(), sim.readings())
         self.times.append(sim.time)
         self.columns.append((*(_of_one(each) for each in columns), self.broken & is_broken))
-        if activations := getattr(drive, "activations", None):
+        if activations := getattr(loop, "activations", None):
             self.activations.append(tuple(_of_one(layer) for layer in activations()))
         if sim.time >= len(self.weight_times) * self.weights_every - DT / 2:
-            self.look_at_weights(sim.time, drive.state())  # type: ignore[attr-defined]
+            self.look_at_weights(sim.time, loop.state())
 
     def look_at_weights(self, time: float, state: hebbtorch.State) -> None:
         """Note the weights."""
@@ -265,15 +261,6 @@ class _Course:
 def _of_one(values: Tensor) -> np.ndarray:
     """Values of the only world, shape (1, ...), as an array (...) of its own."""
     return values[0].detach().cpu().numpy().copy()
-
-
-def _frozen(
-    network: controller.Controller, state: hebbtorch.State
-) -> tuple[hebbtorch.StaticMLP, hebbtorch.State]:
-    """A static network with the weights that a plastic one has now."""
-    static = hebbtorch.StaticMLP(network.sizes, population=(1,))
-    static.set_genomes(torch.cat([layer.flatten(1) for layer in state.weights], 1))
-    return static, static.initial_state()
 
 
 def _window(duration: float, start: float | None, seconds: float | None) -> tuple[int, int]:

@@ -25,7 +25,7 @@ from experiments.bench.profile import step_stages
 from experiments.bench.row import Row, Stage
 from experiments.bench.setting import Setting
 from experiments.bench.timing import Bystanders
-from experiments.runs.folder import make_room
+from experiments.files.outputs import make_room
 from physics import checks
 
 __all__ = ["Measurement", "bench", "measurements", "processes"]

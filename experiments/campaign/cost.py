@@ -7,11 +7,11 @@ from collections.abc import Iterable
 
 import torch
 
-from experiments.config import EvolveConfig, fresh_terrain
+from experiments.config import EvolveConfig
 from experiments.evolution.observation import film_seconds, is_filmed, is_observed
 from experiments.rollout import controller
-from experiments.rollout.episode import driver
-from experiments.rollout.evaluate import world
+from experiments.rollout.episode import start_episode
+from experiments.rollout.scenarios import Scenarios
 from physics import Morphology, Terrain
 from physics.scene.clock import steps_in
 
@@ -69,19 +69,18 @@ def seconds_per_robot_step(config: EvolveConfig) -> float:
     It leaves out what comes between the lives, some hundredths of the whole.
     """
     n = config.runs * config.population
-    grounds = [
-        Terrain.from_name(fresh_terrain(config.terrain, k)) for k in range(min(n, _TERRAINS))
-    ]
-    sim = world(config, [grounds[k % len(grounds)] for k in range(n)], list(range(n)))
+    terrains = [Terrain.from_name(config.terrain, seed) for seed in range(min(n, _TERRAINS))]
+    scenarios = Scenarios(
+        [terrains[k % len(terrains)] for k in range(n)], list(range(n)), list(range(n))
+    )
     networks = controller.build(config, n)
     draws = torch.Generator().manual_seed(0)
-    networks.set_genomes(2 * torch.rand(n, networks.n_genes, generator=draws) - 1)
-    drive = driver(sim, networks, networks.initial_state(), config.loop)
-    sim.reset()
-    drive.run(sim, _WARM_UP)  # compiles, too
+    genomes = 2 * torch.rand(n, networks.n_genes, generator=draws) - 1
+    episode = start_episode(config, genomes, scenarios, network=networks)
+    episode.run(_WARM_UP)  # compiles, too
     steps, started = 0, time.perf_counter()
     while steps == 0 or time.perf_counter() - started < _SECONDS:
-        drive.run(sim, _STRETCH)
+        episode.run(_STRETCH)
         steps += _STRETCH
     return (time.perf_counter() - started) / (n * steps)
 

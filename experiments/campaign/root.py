@@ -20,8 +20,10 @@ from typing import IO, Any
 from experiments.campaign.grid import MACHINE_OPTIONS, Condition, Scale
 from experiments.campaign.study import Study
 from experiments.config import EvolveConfig
+from experiments.files.atomic import write_atomically
+from experiments.files.locks import LOCK, lock_folder
 from experiments.runs.champions import Champions
-from experiments.runs.folder import lock_folder, read_checkpoint, read_config, write_atomically
+from experiments.runs.folder import read_checkpoint, read_config
 
 __all__ = ["CampaignRoot", "Members", "Standing"]
 
@@ -29,9 +31,9 @@ Members = Mapping[Study, Sequence[Condition]]
 """Studies with their conditions."""
 
 _FILE, _CONDITIONS, _OVERVIEW = "campaign.json", "conditions", "overview"
-_OWN_NAMES = {"", _CONDITIONS, _OVERVIEW, _FILE, "lock", "ray"}  # that no study may have
+_OWN_NAMES = {"", _CONDITIONS, _OVERVIEW, _FILE, LOCK, "ray"}  # that no study may have
 _FORMAT = 1  # of campaign.json
-_OF_AN_INSTANT = {"lock", f"{_FILE}.tmp"}  # what a kill may leave before campaign.json is there
+_OF_AN_INSTANT = {LOCK, f"{_FILE}.tmp"}  # what a kill may leave before campaign.json is there
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from experiments.evolution.metrics import measure
 from experiments.evolution.observation import Observer, is_filmed, is_observed, validation_tags
 from experiments.evolution.progress import ProgressDisplay
 from experiments.evolution.showing import show
-from experiments.rollout.episode import Life
+from experiments.rollout.episode import Outcome
 from experiments.rollout.evaluate import Evaluator
 from experiments.runs.archive import Archive
 from experiments.runs.champions import Champions
@@ -169,15 +169,15 @@ class Session:
         config, strategy = self.config, self._evolution.strategy
         generation, began = self.generation + 1, time.perf_counter()
         genomes = strategy.ask()
-        life = self._evolution.evaluator(self._by_run(genomes), generation)
-        fitness = self._by_run(life.speed.cpu()).squeeze(-1)
+        outcome = self._evolution.evaluator(self._by_run(genomes), generation)
+        fitness = self._by_run(outcome.speed.cpu()).squeeze(-1)
         strategy.tell(fitness.reshape(genomes.shape[:-1]))
         self._store.require_own()
         now = time.perf_counter()
         rows = [
             Row.of(run, generation, fitness[run], now - self._started) for run in range(config.runs)
         ]
-        self._log(rows, self._by_run(genomes), fitness, life, now - began)
+        self._log(rows, self._by_run(genomes), fitness, outcome, now - began)
         # In this order, whatever a kill leaves behind is no older than the checkpoint.
         if Archive.keeps(generation):
             self._archive = self._archive.with_generation(
@@ -211,12 +211,12 @@ class Session:
         self.close()
 
     def _log(
-        self, rows: list[Row], genomes: Tensor, fitness: Tensor, life: Life, seconds: float
+        self, rows: list[Row], genomes: Tensor, fitness: Tensor, outcome: Outcome, seconds: float
     ) -> None:
         config, generation = self.config, rows[0].generation
-        failed = self._by_run(life.failed).squeeze(-1)
+        failed = self._by_run(outcome.failed).squeeze(-1)
         is_plastic = config.controller == "hebbian"
-        weights = [self._by_run(layer) for layer in life.state.weights if is_plastic]
+        weights = [self._by_run(layer) for layer in outcome.state.weights if is_plastic]
         robot_steps = config.population * steps_in(config.duration)
         metrics = [
             measure(own, failed[run], [layer[run] for layer in weights], seconds, robot_steps)

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import reduce
+from operator import add
 
 import numpy as np
 import torch
@@ -17,12 +19,11 @@ from torch import Tensor
 import hebbtorch
 from experiments.analysis.measures import gait_measures
 from experiments.analysis.term_sizes import TermSizes
-from experiments.config import EvolveConfig, fresh_terrain
-from experiments.rollout import controller, fused, seeds
-from experiments.rollout.episode import Stepwise, driver
-from experiments.rollout.evaluate import world
+from experiments.config import EvolveConfig
+from experiments.rollout import fused
+from experiments.rollout.episode import Episode, start_episode
+from experiments.rollout.scenarios import Scenarios
 from experiments.runs.archive import ARCHIVE_INTERVAL
-from physics import Simulator, Terrain
 from physics.render.draw import Frame
 from physics.scene.material import DT
 
@@ -40,7 +41,6 @@ _OTHERS = ("flat", "steppy-1-10")  # kinds of terrain besides the evolution's
 _OWN, _OTHER, _DAMAGED = 4, 2, 4  # episodes on its kind, on each other kind, with damage
 _WINDOW = 5.0  # [s] at the end, in which the gait is looked at
 _FILM, _FILM_STEPS = 2.0, 5  # length of the film [s] at the end, control steps between pictures
-_SECOND = 60  # control steps
 _SATURATED = 0.9  # an activation beyond it counts as saturated
 _FILM_EVERY = 2 * ARCHIVE_INTERVAL
 
@@ -93,12 +93,12 @@ class Observer:
         self._config = config
         kinds = _kinds(config)
         self._of_kind = [kind for kind, count in kinds.items() for _ in range(count)]
-        self._episodes = [
-            (fresh_terrain(kind, _FIRST + i), _FIRST + i)
-            for kind, count in kinds.items()
-            for i in range(count)
+        parts = [
+            Scenarios.unseen(kind, range(_FIRST, _FIRST + count)) for kind, count in kinds.items()
         ]
-        self.terrain = Terrain.from_name(self._episodes[0][0])
+        self._scenarios = reduce(add, parts)
+        self._damaged = Scenarios.unseen(config.terrain, range(_FIRST, _FIRST + _DAMAGED))
+        self.terrain = self._scenarios.terrains[0]
 
     @torch.no_grad()
     def __call__(self, genomes: Tensor) -> list[Observation]:
@@ -108,11 +108,10 @@ class Observer:
             genomes: shape (runs, G).
         """
         whole = replace(self._config, damage="none")
-        sim, network, drive = self._start(whole, genomes, self._episodes)
-        watch = _Watch(len(self._episodes), network)
-        watch.follow(sim, drive, whole.duration, film_seconds(whole))
-        of_terrains = watch.speeds(sim).reshape(len(genomes), -1)
-        of_damage = self._damaged(genomes)
+        watch = _Watch(self._start(whole, genomes, self._scenarios), len(self._scenarios))
+        of_terrains = watch.follow(film_seconds(whole)).reshape(len(genomes), -1)
+        damaged = self._start(replace(whole, damage="half"), genomes, self._damaged)
+        of_damage = damaged.finish().speed.cpu().reshape(len(genomes), -1)
         observations = []
         for run in range(len(genomes)):
             speeds: dict[str, list[float]] = {}
@@ -120,101 +119,71 @@ class Observer:
                 speeds.setdefault(f"validation/{kind}", []).append(speed)
             validation = {tag: _mean(values) for tag, values in speeds.items()}
             validation["validation/damage"] = _mean(of_damage[run].tolist())
-            observations.append(watch.observation(run, sim, validation))
+            observations.append(watch.observation(run, validation))
         return observations
 
-    def _damaged(self, genomes: Tensor) -> Tensor:
-        """Speeds with voxels that break at half of the episode, shape (runs, episodes) [m/s]."""
-        config = replace(self._config, damage="half")
-        sim, network, drive = self._start(config, genomes, self._episodes[:_DAMAGED])
-        watch = _Watch(_DAMAGED, network)
-        watch.run_on(sim, drive, config.duration)
-        return watch.speeds(sim).reshape(len(genomes), -1)
-
-    def _start(
-        self, config: EvolveConfig, genomes: Tensor, episodes: list[tuple[str, int]]
-    ) -> tuple[Simulator, controller.Controller, fused.Brain | Stepwise]:
-        """Every champion in every episode, ready to begin."""
-        n_runs, n_each = len(genomes), len(episodes)
-        terrains = [Terrain.from_name(name) for name, _ in episodes] * n_runs
-        worlds = [seeds.derive(0, "unseen", seed) for _, seed in episodes] * n_runs
-        inits = [seeds.derive(0, "unseen-init", seed) for _, seed in episodes] * n_runs
-        network = controller.build(config, n_runs * n_each)
-        network.set_genomes(genomes.repeat_interleave(n_each, 0))
-        sim = world(config, terrains, worlds)
-        drive = driver(sim, network, controller.birth(network, config.init, inits), config.loop)
-        sim.reset()
-        return sim, network, drive
+    def _start(self, config: EvolveConfig, genomes: Tensor, scenarios: Scenarios) -> Episode:
+        """Every champion in every scenario."""
+        every = genomes.repeat_interleave(len(scenarios), 0)
+        return start_episode(config, every, scenarios * len(genomes))
 
 
 class _Watch:
     """Follows episodes, and looks closer at the first one of each champion."""
 
-    def __init__(self, n_each: int, network: controller.Controller) -> None:
+    def __init__(self, episode: Episode, n_each: int) -> None:
+        self._episode = episode
         self._first = slice(None, None, n_each)
-        self._network = network
-        self._plastic = isinstance(network, hebbtorch.HebbianMLP)
-        self._begin: tuple[Tensor, float] | None = None
+        network = episode.network
+        self._terms = TermSizes(network) if isinstance(network, hebbtorch.HebbianMLP) else None
+        self._born = episode.state().weights
         self._samples: list[dict[str, Tensor]] = []
         self._areas: list[Tensor] = []
         self._touching: list[Tensor] = []
         self._frames: list[tuple[float, Tensor, Tensor]] = []
         self._weights: tuple[Tensor, ...] = ()
-        self._terms = TermSizes(network) if isinstance(network, hebbtorch.HebbianMLP) else None
 
-    def run_on(self, sim: Simulator, drive: fused.Brain | Stepwise, duration: float) -> None:
-        """Let the episodes go on to their end."""
-        steps = sim.control_steps(duration)
-        drive.run(sim, 1)
-        self._begin = sim.center_of_mass(), sim.time
-        drive.run(sim, steps - 1)
+    def follow(self, film_seconds: float) -> Tensor:
+        """Let the episodes go on to their end, with a look at the networks once per second, and
+        at the bodies in the last seconds.
 
-    def follow(
-        self, sim: Simulator, drive: fused.Brain | Stepwise, duration: float, film_seconds: float
-    ) -> None:
-        """The same, with a look at the network once per second, and at the body at the end."""
-        steps = sim.control_steps(duration)
-        window = steps - sim.control_steps(min(_WINDOW, duration / 2))
+        Args:
+            film_seconds: at the end that are filmed [s].
+
+        Returns:
+            Their speeds [m/s], NaN where one failed.
+        """
+        episode, sim = self._episode, self._episode.sim
+        steps = episode.n_steps
+        window = steps - min(sim.control_steps(_WINDOW), steps // 2)
         film = steps - sim.control_steps(film_seconds)
-        second = max(1, _SECOND // sim.control_interval)
-        born = drive.state().weights
-        drive.run(sim, 1)
-        self._begin, done = (sim.center_of_mass(), sim.time), 1
-        while done < steps:
-            if done >= window:
-                ahead = 1
-            else:
-                ahead = max(1, min(second - done % second, window - done))
-            is_sampled = self._plastic and (done + ahead) % second == 0
+        second = sim.control_steps(1.0)
+        episode.run(1)
+        while (done := episode.steps_done) < steps:
+            ahead = 1
+            if done < window:
+                ahead = max(1, min(second - done % second, window - done, steps - done))
+            is_sampled = self._terms is not None and (done + ahead) % second == 0
             if is_sampled and ahead > 1:
-                drive.run(sim, ahead - 1)
-                ahead, done = 1, done + ahead - 1
-            before = drive.state().weights if is_sampled else ()
+                episode.run(ahead - 1)
+                ahead = 1
+            before = episode.state().weights if is_sampled else ()
             in_force = sim.actuation()
-            drive.run(sim, ahead)
-            done += ahead
+            episode.run(ahead)
             if is_sampled:
-                self._sample(drive, born, before)
-            if done > window:
+                self._sample(before)
+            if episode.steps_done > window:
                 self._areas.append(sim.area_ratios()[self._first])
                 self._touching.append(sim.touching()[self._first])
-            if done > film and done % _FILM_STEPS == 0:
-                self._frames.append(
-                    (sim.time, sim.mass_poses()[self._first], in_force[self._first])
-                )
-        self._weights = tuple(layer[self._first] for layer in drive.state().weights)
+            if episode.steps_done > film and episode.steps_done % _FILM_STEPS == 0:
+                poses = sim.mass_poses()[self._first]
+                self._frames.append((sim.time, poses, in_force[self._first]))
+        self._weights = tuple(layer[self._first] for layer in episode.state().weights)
+        return episode.finish().speed.cpu()
 
-    def speeds(self, sim: Simulator) -> Tensor:
-        """Mean velocity of every episode [m/s], NaN where it failed."""
-        assert self._begin is not None
-        center, time = self._begin
-        way = (sim.center_of_mass() - center)[:, 0].double()
-        return torch.where(sim.failed(), torch.nan, way / (sim.time - time)).cpu()
-
-    def observation(
-        self, run: int, sim: Simulator, validation: Mapping[str, float | None]
-    ) -> Observation:
+    def observation(self, run: int, validation: Mapping[str, float | None]) -> Observation:
         """All that was seen of one champion."""
+        sim = self._episode.sim
         touching = torch.stack(self._touching)[:, run].float()
         gait = gait_measures(
             torch.stack(self._areas)[:, run].cpu().numpy(), sim.control_interval * DT
@@ -230,25 +199,20 @@ class _Watch:
             Frame(poses[run].cpu().numpy(), time, actuation=in_force[run].cpu().numpy())
             for time, poses, in_force in ([] if failed else self._frames)
         ]
-        weights = [layer[run].cpu().numpy() for layer in self._weights] if self._plastic else []
+        weights = [layer[run].cpu().numpy() for layer in self._weights if self._terms is not None]
         return Observation(metrics, frames, weights, dict(self._rules(run)))
 
-    def _sample(
-        self,
-        drive: fused.Brain | Stepwise,
-        born: tuple[Tensor, ...],
-        before: tuple[Tensor, ...],
-    ) -> None:
-        """Note what a step of learning did, of each champion's first episode."""
+    def _sample(self, before: tuple[Tensor, ...]) -> None:
+        """Note what the step of learning did that was made last."""
         sample: dict[str, Tensor] = {}
-        now = drive.state().weights
-        for k, (first, old, new) in enumerate(zip(born, before, now, strict=True)):
+        now = self._episode.state().weights
+        for k, (first, old, new) in enumerate(zip(self._born, before, now, strict=True)):
             first, old, new = (each[self._first].flatten(1) for each in (first, old, new))
             sample[f"update_mean_abs/layer{k}"] = (new - old).abs().mean(1)
             sample[f"drift_from_birth/layer{k}"] = (new - first).abs().mean(1)
             sample[f"sign_changes/layer{k}"] = (new * old < 0).float().mean(1)
-        if isinstance(drive, fused.Brain) and self._terms is not None:
-            activations = drive.activations()
+        if isinstance(self._episode.loop, fused.Brain) and self._terms is not None:
+            activations = self._episode.loop.activations()
             self._terms.add(activations)
             for k, layer in enumerate(activations[1:]):
                 saturated = layer[self._first].abs() > _SATURATED
@@ -262,7 +226,7 @@ class _Watch:
             course = torch.stack([sample[name][run] for sample in self._samples])
             value = course[-1] if name.startswith("drift") else course.mean()
             values[f"plasticity/{name}"] = value.item()
-        if self._terms is not None and self._samples:
+        if self._terms is not None and any("saturated/layer0" in each for each in self._samples):
             for k, sizes in enumerate(self._terms.by_layer()):
                 own = sizes[self._first][run]
                 shares = (own / own.sum()).tolist() if float(own.sum()) > 0 else [None] * len(own)
@@ -272,13 +236,14 @@ class _Watch:
 
     def _rules(self, run: int) -> Iterator[tuple[str, np.ndarray]]:
         """Coefficients of one champion, by their names."""
-        if not isinstance(self._network, hebbtorch.HebbianMLP):
+        network = self._episode.network
+        if not isinstance(network, hebbtorch.HebbianMLP):
             return
-        for k, layer in enumerate(self._network.layers):
+        for k, layer in enumerate(network.layers):
             shape = self._weights[k].shape[1:]
             for term, coefficients in zip("ABCD", layer.coefficients(), strict=True):
                 if term in layer.rules.terms:
-                    wide = coefficients.expand(*self._network.population, *shape)
+                    wide = coefficients.expand(*network.population, *shape)
                     yield f"{term}/layer{k}", wide[self._first][run].detach().cpu().numpy()
 
 

@@ -12,14 +12,13 @@ import torch
 from torch import Tensor
 
 from experiments.config import EvolveConfig
-from experiments.runs.folder import write_atomically
+from experiments.files.atomic import write_atomically
+from experiments.runs.names import ARCHIVE
 
 __all__ = ["ARCHIVE_INTERVAL", "Archive"]
 
 ARCHIVE_INTERVAL = 25
 """Generations from one that is kept to the next; the first one is kept, too."""
-
-_FILE = "archive.safetensors"
 
 
 @dataclass(frozen=True)
@@ -84,8 +83,8 @@ class Archive:
             "fitness": self.fitness.contiguous(),
         }
         content = safetensors.torch.save(tensors, metadata={"config": self.config.to_json()})
-        write_atomically(folder / _FILE, content)
-        return folder / _FILE
+        write_atomically(folder / ARCHIVE, content)
+        return folder / ARCHIVE
 
     @classmethod
     def load(cls, folder: Path) -> Archive | None:
@@ -97,7 +96,7 @@ class Archive:
         Raises:
             ValueError: it is damaged.
         """
-        path = folder / _FILE
+        path = folder / ARCHIVE
         if not path.is_file():
             return None
         try:

@@ -18,27 +18,27 @@ from physics.engine.sensing import sense
 
 
 @ti.func
-def _publish(S: ti.template(), g, m: ti.template(), readings: ti.template(), T: ti.template()):
+def _publish(S: ti.template(), m: ti.template(), readings: ti.template(), T: ti.template()):
     """Copies the readings of a group to the caller's (N, R) tensor."""
     for lane in range(T.lanes):
-        world = g * T.places + lane
+        world = S.number * T.places + lane
         if world < readings.shape[0]:
             for r in range(m.readings):
-                readings[world, r] = S[g, m.reading_block + r][lane]
+                readings[world, r] = S[m.reading_block + r][lane]
 
 
 @ti.func
 def _take_commands(
-    S: ti.template(), g, m: ti.template(), actions: ti.template(), row, T: ti.template()
+    S: ti.template(), m: ti.template(), actions: ti.template(), row, T: ti.template()
 ):
     """Copies a row of the caller's (control steps, N, V) actuations to a group."""
     for v in range(m.voxels):
-        o = v * lay.VOXEL_ITEMS + lay.COMMAND
+        asked = S.at[v * lay.VOXEL_ITEMS + lay.COMMAND]
         for lane in range(T.lanes):
-            world = g * T.places + lane
+            world = S.number * T.places + lane
             if world < actions.shape[1]:
-                S[g, o][lane] = actions[row, world, v]
-        actuation.command(S, g, m, v, S[g, o], T)
+                asked[0][lane] = actions[row, world, v]
+        actuation.command(S, m, v, asked[0], T)
 
 
 @ti.func
@@ -77,24 +77,24 @@ def play(program: Program) -> Kernel:
         count: ti.i32,
         chunks: ti.i32,
     ):
-        state, contacts = ti.static((T.view(S), T.view(lists)))
         for q in range(chunks * T.grain):
             if q % T.grain == 0:
                 m = load_sizes(mi)
                 begin_group, end_group = _share(q // T.grain, first, count, chunks)
                 for g in range(begin_group, end_group):
+                    state, contacts = ti.static((T.group(S, g, m.items), T.lists(lists, g)))
                     if ti.static(T.narrow):
-                        partial_group.squeeze(state, g, T)
+                        partial_group.squeeze(state, T)
                     for t in range(begin, end):
                         if t >= 0:
-                            _take_commands(state, g, m, actions, t // m.control_interval, T)
-                            step.advance(state, contacts, g, m, mi, mf, T)
-                        step.touch(state, contacts, terrain, g, m, mi, mf, t >= 0, T)
-                        sense(state, g, m, mi, mf, T)
-                    _publish(state, g, m, readings, T)
+                            _take_commands(state, m, actions, t // m.control_interval, T)
+                            step.advance(state, contacts, m, mi, mf, T)
+                        step.touch(state, contacts, terrain, m, mi, mf, t >= 0, T)
+                        sense(state, m, mi, mf, T)
+                    _publish(state, m, readings, T)
                     if ti.static(T.narrow):
-                        partial_group.spread(state, g, T)
-                        partial_group.end_copies(state, g, m, T)
+                        partial_group.spread(state, T)
+                        partial_group.end_copies(state, m, T)
 
     return backend.Kernel(play)
 
@@ -104,8 +104,8 @@ def closed_loop(program: Program, controller: Callable[..., Any]) -> Kernel:
 
     Args:
         program: what it is compiled for.
-        controller: a Taichi function ``(S, brain, g, m, T)`` that reads the readings from
-            ``S[g, m.reading_block + r]`` and calls ``actuation.command`` for every voxel;
+        controller: a Taichi function ``(S, brain, m, T)`` that reads the readings from
+            ``S[m.reading_block + r]`` and calls ``actuation.command`` for every voxel;
             ``brain`` is a tensor (groups, items, lanes) of its own.
 
     Returns:
@@ -128,26 +128,32 @@ def closed_loop(program: Program, controller: Callable[..., Any]) -> Kernel:
         count: ti.i32,
         chunks: ti.i32,
     ):
-        state, contacts, network = ti.static((T.view(S), T.view(lists), T.view(brain)))
         for q in range(chunks * T.grain):
             if q % T.grain == 0:
                 m = load_sizes(mi)
                 begin_group, end_group = _share(q // T.grain, first, count, chunks)
                 for g in range(begin_group, end_group):
+                    state, contacts, network = ti.static(
+                        (
+                            T.group(S, g, m.items),
+                            T.lists(lists, g),
+                            T.group(brain, g, T.items(brain, S, m.items)),
+                        )
+                    )
                     if ti.static(T.narrow):
-                        partial_group.squeeze(state, g, T)
-                        partial_group.squeeze(network, g, T)
+                        partial_group.squeeze(state, T)
+                        partial_group.squeeze(network, T)
                     for _ in range(steps):
                         for part in range(m.control_interval):
                             if part > 0:
-                                actuation.hold(state, g, m, T)
-                            step.advance(state, contacts, g, m, mi, mf, T)
-                            step.touch(state, contacts, terrain, g, m, mi, mf, True, T)
-                            sense(state, g, m, mi, mf, T)
-                        controller(state, network, g, m, T)
+                                actuation.hold(state, m, T)
+                            step.advance(state, contacts, m, mi, mf, T)
+                            step.touch(state, contacts, terrain, m, mi, mf, True, T)
+                            sense(state, m, mi, mf, T)
+                        controller(state, network, m, T)
                     if ti.static(T.narrow):
-                        partial_group.spread(state, g, T)
-                        partial_group.spread(network, g, T)
-                        partial_group.end_copies(state, g, m, T)
+                        partial_group.spread(state, T)
+                        partial_group.spread(network, T)
+                        partial_group.end_copies(state, m, T)
 
     return backend.Kernel(live)

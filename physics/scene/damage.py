@@ -48,17 +48,6 @@ class Damage:
         if self.mask is not None:
             object.__setattr__(self, "mask", _bools(self.mask))
 
-    @classmethod
-    def from_name(cls, name: str) -> Damage | None:
-        """The damage of a condition of the paper: None for "none", one half at 30 s for "half".
-
-        Raises:
-            ValueError: if the name is neither.
-        """
-        if name not in ("none", "half"):
-            raise ValueError(f"damage: expected none or half, got {name!r}")
-        return cls() if name == "half" else None
-
     def sample(self, seed: int, n_voxels: int) -> np.ndarray:
         """Which voxels of one world break.
 

@@ -10,27 +10,26 @@ import torch
 from experiments.analysis import generalization, paired
 from experiments.analysis.unseen import speeds_on
 from experiments.config import EvolveConfig
-from experiments.rollout import seeds
-from experiments.rollout.scenarios import Grounds
+from experiments.rollout import Scenarios, seeds, simulator
 from experiments.runs.archive import Archive
 from experiments.runs.champions import Champions
 from physics import Damage, Engine
 from tests.experiments.champions import PLASTIC, STATIC, random_champions, run_folder
 from tests.experiments.finished_runs import read_csv
 
-EXAM = Grounds.unseen(PLASTIC.terrain, [1, 2], 0)
-SCHOOL = Grounds.unseen(PLASTIC.terrain, [0], 0)
+TEST = Scenarios.unseen(PLASTIC.terrain, [1, 2], 0)
+TRAINING = Scenarios.unseen(PLASTIC.terrain, [0], 0)
 
 
 def test_modes_of_plasticity() -> None:
     champions = random_champions()
-    plastic, newborn, after_a_second = paired.compare(PLASTIC, champions.genomes, EXAM, SCHOOL)
-    assert torch.equal(plastic, speeds_on(PLASTIC, champions.genomes, EXAM))
+    plastic, newborn, after_a_second = paired.compare(PLASTIC, champions.genomes, TEST, TRAINING)
+    assert torch.equal(plastic, speeds_on(PLASTIC, champions.genomes, TEST))
     # Weights are zero at first: frozen there, a robot is not actuated.
-    still = speeds_on(replace(PLASTIC, eta=0.0), champions.genomes, EXAM)
+    still = speeds_on(replace(PLASTIC, eta=0.0), champions.genomes, TEST)
     assert torch.allclose(newborn, still, atol=1e-6)
     assert not torch.equal(after_a_second, newborn)
-    (static,) = paired.compare(STATIC, random_champions(STATIC).genomes, EXAM, SCHOOL)
+    (static,) = paired.compare(STATIC, random_champions(STATIC).genomes, TEST, TRAINING)
     assert static.shape == (2, 2)
 
 
@@ -53,8 +52,8 @@ def test_champions_and_their_predecessors_are_compared(
     assert [len(own) for own in of_generation.values()] == [2 * 2 * 3, 2 * 3 * 3]
     assert {row["frozen_at"] for row in rows} == {"nan", "0.0", "1.0"}
     plastic = [row for row in of_generation["50"] if row["frozen_at"] == "nan"]
-    exam = Grounds.unseen(config.terrain, [1, 2, 3], 0)
-    expected = speeds_on(config, Champions.load(folder).genomes, exam)
+    test = Scenarios.unseen(config.terrain, [1, 2, 3], 0)
+    expected = speeds_on(config, Champions.load(folder).genomes, test)
     assert [float(row["speed"]) for row in plastic] == expected.flatten().tolist()
 
 
@@ -72,7 +71,7 @@ def test_settings_differ_from_the_evolution_in_what_they_say(
         name: [float(row["speed"]) for row in rows if row["setting"] == name] for name in names
     }
     expected = speeds_on(
-        config, random_champions().genomes, Grounds.unseen("hilly-3-30", [0, 1], 0)
+        config, random_champions().genomes, Scenarios.unseen("hilly-3-30", [0, 1], 0)
     )
     assert speeds["unseen"] == expected.flatten().tolist()
     # Each makes a difference, but for "blind" where all voxels broke: what sees nothing is at rest.
@@ -86,10 +85,9 @@ def test_settings_differ_from_the_evolution_in_what_they_say(
 
 
 def test_a_setting_reaches_the_simulator() -> None:
-    sim = generalization.world(
+    sim = simulator(
         EvolveConfig(shape="worm-2x1", threads=1),
-        EXAM.terrains(),
-        EXAM.worlds,
+        TEST,
         gravity=1.0,
         engine=Engine(friction=0.1),
         damage=Damage(mode="blind", time=math.pi),

@@ -14,7 +14,7 @@ from experiments.config import EvolveConfig
 from experiments.evolution.evolve import Session
 from experiments.evolution.observation import Observer, is_filmed, is_observed
 from experiments.rollout import controller
-from experiments.rollout.scenarios import Grounds
+from experiments.rollout.scenarios import Scenarios
 
 GLOSSARY = Path(__file__).parents[2] / "docs" / "metrics.md"
 
@@ -121,9 +121,9 @@ def test_validation_is_the_reassessment_on_its_terrains(tiny: EvolveConfig) -> N
     genomes = torch.randn(2, n_genes, generator=torch.Generator().manual_seed(0))
     seen = Observer(config)(genomes)
     terrains = [500_000 + k for k in range(4)]
-    grounds = Grounds.unseen(config.terrain, terrains, 0)
+    scenarios = Scenarios.unseen(config.terrain, terrains)
     for damage, tag in (("none", "validation/hilly-3-30"), ("half", "validation/damage")):
-        speeds = speeds_on(replace(config, damage=damage), genomes, grounds).mean(1)
+        speeds = speeds_on(replace(config, damage=damage), genomes, scenarios).mean(1)
         assert [each.metrics[tag] for each in seen] == pytest.approx(speeds.tolist(), abs=2e-6)
     sizes = controller.build(config, 1).sizes
     assert [layer.shape for layer in seen[0].weights] == [sizes[1:2] * 2, (sizes[2], sizes[1])]

@@ -25,14 +25,6 @@ def test_voxels_break_independently_of_each_other_and_of_the_next_seed():
     assert np.abs(correlation - np.eye(8)).max() < 0.07  # 4.4 standard errors
 
 
-def test_named_damage():
-    assert Damage.from_name("none") is None
-    half = Damage.from_name("half")
-    assert (half.probability, half.time, half.mode, half.until) == (0.5, 30.0, "rest", np.inf)
-    with pytest.raises(ValueError, match="expected none or half, got 'all'"):
-        Damage.from_name("all")
-
-
 @pytest.mark.parametrize(
     ("settings", "message"),
     [

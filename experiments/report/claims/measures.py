@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.analysis import generalization, paired
 from experiments.analysis.generalization import TRAINING, UNSEEN
 from experiments.report import intervals
 from experiments.report.claims.verdicts import MARGIN
@@ -16,6 +15,7 @@ from experiments.report.figures import inner_life
 from experiments.report.figures.conditions import Condition, per_run
 from experiments.report.figures.freezing import Frozen, frozen_speeds
 from experiments.report.figures.performance import unseen_per_run
+from experiments.runs.names import GENERALIZATION, PAIRED
 
 __all__ = [
     "SETTLED",
@@ -83,7 +83,7 @@ def kept_on_unseen(condition: Condition) -> Values:
     Both are re-assessments: the fitness in evolution is the best of a population, which a
     re-assessment on the very same terrains would not reach either.
     """
-    table = condition.table(generalization.FILE)
+    table = condition.table(GENERALIZATION)
     if table is None:
         return np.empty(0)
     familiar, unseen = (
@@ -105,7 +105,7 @@ def generations_to_converge(condition: Condition) -> Values:
 def kept_frozen(condition: Condition) -> Values:
     """Median speed with weights frozen at 20 s, as a share of that of the same champions, still
     plastic, on the same terrains."""
-    table = condition.table(paired.FILE)
+    table = condition.table(PAIRED)
     if table is None:
         return np.empty(0)
     last = table["generation"] == table["generation"].max()

@@ -6,13 +6,13 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
+from experiments.files.atomic import write_atomically
 from experiments.report import statistics, tables
 from experiments.report.claims import verdicts
 from experiments.report.claims.finding import Finding, Verdict
 from experiments.report.claims.measures import Results
 from experiments.report.claims.paper import CLAIMS, Claim
 from experiments.report.figures.conditions import Condition, gather
-from experiments.runs.folder import write_atomically
 
 __all__ = ["judge", "report"]
 

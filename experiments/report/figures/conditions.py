@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from experiments.config import EvolveConfig
 from experiments.report import intervals
 from experiments.runs.champions import Champions
+from experiments.runs.names import CHAMPIONS, HISTORY
 
 __all__ = ["Condition", "Table", "find_runs", "gather", "per_run", "runs_in"]
 
@@ -22,7 +23,6 @@ Values = NDArray[np.float64]
 Table = dict[str, NDArray[Any]]
 """Columns of a CSV file; numbers are float64, all else is text."""
 
-_CHAMPIONS = "champion.safetensors"
 _AXES = ("shape", "sensors", "controller", "damage")
 _SCALE = ("generations", "population", "duration")
 _BOOKKEEPING = ("runs", "seed", "device", "threads", "loop")
@@ -35,6 +35,10 @@ _NAMES = {
     ("normalize", "minmax"): "min-max",
     ("eta", "evolved"): "η evolved",
     ("init", "uniform"): "U(-1, 1)",
+    ("exchange_bc", True): "B and C exchanged",
+    ("constant_last_input", True): "last input constant",
+    ("bias", True): "biases",
+    ("input_activation", "tanh"): "tanh on inputs",
 }
 
 
@@ -98,7 +102,7 @@ class Condition:
 
     def curves(self, column: str = "best") -> Values:
         """A column of history.csv [m/s], shape (runs, generations)."""
-        history = self.table("history.csv")
+        history = self.table(HISTORY)
         if history is None:
             return np.empty((0, 0))
         order = np.lexsort((history["generation"], history["run"]))
@@ -108,13 +112,13 @@ class Condition:
 
 def label(config: EvolveConfig) -> str:
     """Name of a controller in legends and tables."""
-    names = ["MLP"] if config.controller == "mlp" else []
+    names = [] if config.controller == "hebbian" else [config.controller.upper()]
     return ", ".join(names + _names(config)) or "Hebbian"
 
 
 def find_runs(roots: Iterable[Path]) -> list[Path]:
     """All folders of finished runs at or below the roots, sorted."""
-    return sorted({path.parent for root in roots for path in root.rglob(_CHAMPIONS)})
+    return sorted({path.parent for root in roots for path in root.rglob(CHAMPIONS)})
 
 
 def gather(run_folders: Sequence[Path]) -> list[Condition]:
@@ -132,7 +136,7 @@ def gather(run_folders: Sequence[Path]) -> list[Condition]:
     members: dict[EvolveConfig, dict[int, tuple[Path, int, float]]] = {}
     scales: dict[tuple[Any, ...], Path] = {}
     for folder in run_folders:
-        if not (folder / _CHAMPIONS).is_file():
+        if not (folder / CHAMPIONS).is_file():
             continue
         champions = Champions.load(folder)
         config = champions.config
@@ -185,8 +189,10 @@ def _names(config: EvolveConfig) -> list[str]:
             names.append(f"without {left_out}")
         elif option == "eta" and value != "evolved":
             names.append(f"η = {value}")
-        elif option in ("terrain", "sigma", "noise"):
-            names.append(f"{option} {value}")
+        elif option in ("terrain", "sigma", "noise", "gain"):
+            names.append(f"{option} {value:g}" if option == "gain" else f"{option} {value}")
+        elif option == "control_interval":
+            names.append(f"every {value} steps")
         else:
             names.append(_NAMES.get((option, value), str(value)))
     return names

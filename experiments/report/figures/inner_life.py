@@ -12,14 +12,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from experiments.analysis.recording import RANDOM_FILE
 from experiments.report import tables
 from experiments.report.figures import style
 from experiments.report.figures.conditions import Condition, gather
+from experiments.runs.names import RANDOM_GENOMES, RECORDING, RECORDING_MEASURES
 
 __all__ = ["Life", "activations", "measures", "random_measures", "weight_distributions"]
 
-_MEASURES, _RECORDING = "inner_life.json", "inner_life.npz"
 _PER_RUN = ("weights_", "activations_", "histograms")
 _LAYERS = ("hidden", "output")
 _BINS = 61  # of the histograms of weights; odd, so that one is centred on zero
@@ -90,7 +89,7 @@ def activations(run_folders: Sequence[Path], out: Path) -> list[Path]:
 
 def random_measures(condition: Condition) -> list[dict[str, Any]]:
     """As `measures`, of random genomes in place of the champions."""
-    files = condition.files(RANDOM_FILE)
+    files = condition.files(RANDOM_GENOMES)
     folders = dict.fromkeys(path for _, _, path in files)
     return [
         life for path in folders for life in json.loads(path.read_text(encoding="utf-8"))["runs"]
@@ -100,7 +99,7 @@ def random_measures(condition: Condition) -> list[dict[str, Any]]:
 def measures(condition: Condition) -> list[dict[str, Any]]:
     """What inner_life.json says of each run, in order; empty if the condition was not analysed."""
     found = []
-    for run, own, path in condition.files(_MEASURES):
+    for run, own, path in condition.files(RECORDING_MEASURES):
         of_runs = json.loads(path.read_text(encoding="utf-8"))["runs"]
         found.append({**of_runs[own], "run": run})
     return found
@@ -144,7 +143,7 @@ def _lives(conditions: Sequence[Condition]) -> list[Life]:
     lives = []
     for condition in conditions:
         described = {each["run"]: each for each in measures(condition)}
-        recorded = [each for each in condition.files(_RECORDING) if each[0] in described]
+        recorded = [each for each in condition.files(RECORDING) if each[0] in described]
         if not recorded:
             continue
         speeds = np.nan_to_num(condition.fitness, nan=-np.inf)

@@ -26,9 +26,9 @@ _AA = (2 + _RHO**2) / _DET
 
 
 @ti.func
-def _axis(S: ti.template(), g, b2, above, T: ti.template()):
+def _axis(body2: ti.template(), above, T: ti.template()):
     """Unit vector from body 2 to the anchor: its x axis, or its y axis if body 1 lies above."""
-    c, s = S[g, b2 + lay.COS], S[g, b2 + lay.SIN]
+    c, s = body2[lay.COS], body2[lay.SIN]
     ux = c
     uy = s
     if above != 0:
@@ -38,36 +38,34 @@ def _axis(S: ti.template(), g, b2, above, T: ti.template()):
 
 
 @ti.func
-def prepare(S: ti.template(), g, m: ti.template(), mi: ti.template(), T: ti.template()):
+def prepare(S: ti.template(), m: ti.template(), mi: ti.template(), T: ti.template()):
     """Axes for this step; applies the impulses of the last one."""
     for n in range(m.welds):
         row = m.weld_table + I_WELD_ROW * n
-        b1 = mi[row]
-        b2 = mi[row + 1]
-        o = m.weld_block + lay.WELD_ITEMS * n
-        ux, uy = _axis(S, g, b2, mi[row + 2], T)
-        S[g, o + lay.WE_UX] = ux
-        S[g, o + lay.WE_UY] = uy
-        px, py, pw = S[g, o + lay.WE_PX], S[g, o + lay.WE_PY], S[g, o + lay.WE_PW]
-        S[g, b1 + lay.VX] = S[g, b1 + lay.VX] + px
-        S[g, b1 + lay.VY] = S[g, b1 + lay.VY] + py
-        S[g, b1 + lay.W] = S[g, b1 + lay.W] + pw
-        S[g, b2 + lay.VX] = S[g, b2 + lay.VX] - px
-        S[g, b2 + lay.VY] = S[g, b2 + lay.VY] - py
-        S[g, b2 + lay.W] = S[g, b2 + lay.W] - (pw + T.f(_RHO) * (ux * py - uy * px))
+        body1, body2 = S.at[mi[row]], S.at[mi[row + 1]]
+        weld = S.at[m.weld_block + lay.WELD_ITEMS * n]
+        ux, uy = _axis(body2, mi[row + 2], T)
+        weld[lay.WE_UX] = ux
+        weld[lay.WE_UY] = uy
+        px, py, pw = weld[lay.WE_PX], weld[lay.WE_PY], weld[lay.WE_PW]
+        body1[lay.VX] = body1[lay.VX] + px
+        body1[lay.VY] = body1[lay.VY] + py
+        body1[lay.W] = body1[lay.W] + pw
+        body2[lay.VX] = body2[lay.VX] - px
+        body2[lay.VY] = body2[lay.VY] - py
+        body2[lay.W] = body2[lay.W] - (pw + T.f(_RHO) * (ux * py - uy * px))
 
 
 @ti.func
-def solve_velocities(S: ti.template(), g, m: ti.template(), mi: ti.template(), T: ti.template()):
+def solve_velocities(S: ti.template(), m: ti.template(), mi: ti.template(), T: ti.template()):
     """One iteration over all welds: each makes the bodies' velocities agree at its anchor."""
     for n in range(m.welds):
         row = m.weld_table + I_WELD_ROW * n
-        b1 = mi[row]
-        b2 = mi[row + 1]
-        o = m.weld_block + lay.WELD_ITEMS * n
-        ux, uy = S[g, o + lay.WE_UX], S[g, o + lay.WE_UY]
-        v1x, v1y, w1 = S[g, b1 + lay.VX], S[g, b1 + lay.VY], S[g, b1 + lay.W]
-        v2x, v2y, w2 = S[g, b2 + lay.VX], S[g, b2 + lay.VY], S[g, b2 + lay.W]
+        body1, body2 = S.at[mi[row]], S.at[mi[row + 1]]
+        weld = S.at[m.weld_block + lay.WELD_ITEMS * n]
+        ux, uy = weld[lay.WE_UX], weld[lay.WE_UY]
+        v1x, v1y, w1 = body1[lay.VX], body1[lay.VY], body1[lay.W]
+        v2x, v2y, w2 = body2[lay.VX], body2[lay.VY], body2[lay.W]
         dx = v1x - v2x
         dy = v1y - v2y
         error_u = dx * ux + dy * uy
@@ -78,21 +76,19 @@ def solve_velocities(S: ti.template(), g, m: ti.template(), mi: ti.template(), T
         pw = T.f(-_TA) * error_t - T.f(_AA) * error_a
         px = pu * ux - pt * uy
         py = pu * uy + pt * ux
-        S[g, o + lay.WE_PX] = S[g, o + lay.WE_PX] + px
-        S[g, o + lay.WE_PY] = S[g, o + lay.WE_PY] + py
-        S[g, o + lay.WE_PW] = S[g, o + lay.WE_PW] + pw
-        S[g, b1 + lay.VX] = v1x + px
-        S[g, b1 + lay.VY] = v1y + py
-        S[g, b1 + lay.W] = w1 + pw
-        S[g, b2 + lay.VX] = v2x - px
-        S[g, b2 + lay.VY] = v2y - py
-        S[g, b2 + lay.W] = w2 - (pw + T.f(_RHO) * pt)
+        weld[lay.WE_PX] = weld[lay.WE_PX] + px
+        weld[lay.WE_PY] = weld[lay.WE_PY] + py
+        weld[lay.WE_PW] = weld[lay.WE_PW] + pw
+        body1[lay.VX] = v1x + px
+        body1[lay.VY] = v1y + py
+        body1[lay.W] = w1 + pw
+        body2[lay.VX] = v2x - px
+        body2[lay.VY] = v2y - py
+        body2[lay.W] = w2 - (pw + T.f(_RHO) * pt)
 
 
 @ti.func
-def solve_positions(
-    S: ti.template(), g, m: ti.template(), mi: ti.template(), live, T: ti.template()
-):
+def solve_positions(S: ti.template(), m: ti.template(), mi: ti.template(), live, T: ti.template()):
     """One iteration of the position stage on live lanes; returns the lanes still off."""
     mask = live > T.f(0.0)
     off = live < live
@@ -100,12 +96,11 @@ def solve_positions(
     whole_turn = T.f(2 * math.pi)
     for n in range(m.welds):
         row = m.weld_table + I_WELD_ROW * n
-        b1 = mi[row]
-        b2 = mi[row + 1]
-        ux, uy = _axis(S, g, b2, mi[row + 2], T)
-        dx = (S[g, b1 + lay.X] - S[g, b2 + lay.X]) - T.f(_ARM) * ux
-        dy = (S[g, b1 + lay.Y] - S[g, b2 + lay.Y]) - T.f(_ARM) * uy
-        angle = S[g, b1 + lay.ANGLE] - S[g, b2 + lay.ANGLE]
+        body1, body2 = S.at[mi[row]], S.at[mi[row + 1]]
+        ux, uy = _axis(body2, mi[row + 2], T)
+        dx = (body1[lay.X] - body2[lay.X]) - T.f(_ARM) * ux
+        dy = (body1[lay.Y] - body2[lay.Y]) - T.f(_ARM) * uy
+        angle = body1[lay.ANGLE] - body2[lay.ANGLE]
         angle = ti.select(
             angle > half_turn,
             angle - whole_turn,
@@ -127,8 +122,8 @@ def solve_positions(
         px = pu * ux - pt * uy
         py = pu * uy + pt * ux
         for second in range(2):  # a loop, because it compiles the code of ``move`` once
-            body = b2 if second != 0 else b1
+            body = S.at[mi[row + second]]
             sign = T.f(1.0) - T.f(2.0) * ti.cast(second, T.f)
             turn = (pw + ti.cast(second, T.f) * T.f(_RHO) * pt) * (sign * T.f(1 / lay.GYRATION))
-            move(S, g, body, mask, sign * px, sign * py, turn, T)
+            move(body, mask, sign * px, sign * py, turn, T)
     return off

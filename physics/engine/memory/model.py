@@ -90,6 +90,7 @@ _SIZES = (
     "pair_table",
     "voxel_pairs",
     "landing_block",
+    "items",
 )
 Sizes = ti.types.struct(**dict.fromkeys(_SIZES, ti.i32))
 
@@ -219,6 +220,7 @@ def build(
         "pair_table": pair_table,
         "voxel_pairs": len(pairs),
         "landing_block": layout.landing_block,
+        "items": layout.items,
     }
     rows = [*springs, *ropes, *welds, *reading_rows, *pairs]
     windows = [clock.window_lengths(max_steps, interval) for interval in intervals]
