@@ -16,7 +16,16 @@ __all__ = ["EvolveConfig"]
 
 _LEAST_DURATION = 0.1  # [s]
 _LEAST_POPULATION = 4  # of which a quarter are parents
-_PLASTIC_OPTIONS = ("sharing", "normalize", "eta", "init", "terms")
+_PLASTIC_OPTIONS = (
+    "sharing",
+    "normalize",
+    "eta",
+    "init",
+    "terms",
+    "exchange_bc",
+    "constant_last_input",
+)
+_STATIC_OPTIONS = ("gain", "bias", "input_activation")
 
 
 @dataclass(frozen=True)
@@ -29,8 +38,9 @@ class EvolveConfig:
     sensors: Literal["low", "medium", "high"] = "low"
     """Sensory apparatus."""
 
-    controller: Literal["hebbian", "mlp"] = "hebbian"
-    """Plastic network whose rules evolve, or static network whose weights evolve."""
+    controller: Literal["hebbian", "mlp", "rnn"] = "hebbian"
+    """Plastic network whose rules evolve, or static network whose weights evolve: feed-forward, or
+    recurrent with at most as many genes ("rnn", Elman's)."""
 
     sharing: Literal["full", "single", "presynaptic", "postsynaptic", "grouped"] = "full"
     """Which synapses share a rule; "grouped" is one rule per kind of sensor."""
@@ -47,6 +57,21 @@ class EvolveConfig:
 
     terms: str = "ABCD"
     """Terms of the rules, such as "BCD" without A; those left out are zero and do not evolve."""
+
+    exchange_bc: bool = False
+    """B weighs the post- and C the pre-synaptic activation, as in the paper's code."""
+
+    constant_last_input: bool = False
+    """The last reading is replaced by 1, a bias of the hidden neurons, as in the paper's code."""
+
+    gain: float = 1.0
+    """Of a static network: the factor on every gene where it becomes a weight."""
+
+    bias: bool = False
+    """Of a static network: every neuron but the inputs has a bias, a gene of its own."""
+
+    input_activation: Literal["identity", "tanh"] = "identity"
+    """Of a static network, applied to the readings; the paper's code has tanh."""
 
     terrain: str = "hilly-3-30"
     """Ground. Without a seed, every evaluation gets a terrain of its own; with one
@@ -147,6 +172,8 @@ class EvolveConfig:
                 raise ValueError(f"{name}: expected a finite number >= {minimum}, got {value!r}")
         if self.sigma == 0:
             raise ValueError("sigma: expected a number > 0, got 0; nothing would evolve")
+        if not _is_finite(self.gain) or self.gain == 0:
+            raise ValueError(f"gain: expected a finite number other than 0, got {self.gain!r}")
         if self.eta != "evolved" and not _is_finite(self.eta):
             raise ValueError(f'eta: expected a finite number or "evolved", got {self.eta!r}')
 
@@ -154,14 +181,18 @@ class EvolveConfig:
         from hebbtorch.rule_bank import check_terms
 
         check_terms(self.terms)
-        if self.controller != "mlp":
-            return
+        is_plastic = self.controller == "hebbian"
         default = EvolveConfig()
-        for name in _PLASTIC_OPTIONS:
+        for name in _STATIC_OPTIONS if is_plastic else _PLASTIC_OPTIONS:
             if getattr(self, name) != getattr(default, name):
+                lacking, other = (
+                    ("whose weights do not evolve", "mlp or rnn")
+                    if is_plastic
+                    else ("which has no plasticity", "hebbian")
+                )
                 raise ValueError(
-                    f"{name}: expected no such option with controller mlp, which has no "
-                    f"plasticity, got {getattr(self, name)!r}; drop it or use controller hebbian"
+                    f"{name}: expected no such option with controller {self.controller}, {lacking},"
+                    f" got {getattr(self, name)!r}; drop it or use controller {other}"
                 )
 
     def _check_world(self) -> None:

@@ -68,6 +68,11 @@ _NAMED: dict[str, Callable[[Any], str]] = {
     "eta": lambda value: f"eta-{value}",
     "init": lambda value: f"init-{value}",
     "damage": lambda value: f"damage-{value}",
+    "exchange_bc": lambda value: "bc-exchanged",
+    "constant_last_input": lambda value: "constant-input",
+    "gain": lambda value: f"gain-{float(value):g}",
+    "bias": lambda value: "bias",
+    "input_activation": lambda value: f"inputs-{value}",
     "terms": lambda value: "without-" + "".join(t for t in _ALL_TERMS if t not in value),
     "terrain": lambda value: f"terrain-{value}",
     "sigma": lambda value: f"sigma-{float(value)}",
@@ -99,7 +104,7 @@ class Grid:
     """
 
     base: EvolveConfig = field(default_factory=EvolveConfig)
-    axes: Mapping[str, Sequence[str | float]] = field(default_factory=dict)
+    axes: Mapping[str, Sequence[str | float | bool]] = field(default_factory=dict)
 
     def expand(self, scale: Scale) -> list[Condition]:
         """All conditions, validated.
@@ -172,6 +177,10 @@ def check_value(option: str, value: Any) -> None:
         ValueError: text in place of a number, or the reverse.
     """
     default = getattr(EvolveConfig(), option)
+    if isinstance(default, bool):
+        if not isinstance(value, bool):
+            raise ValueError(f"{option}: expected true or false, got {value!r}")
+        return
     kinds = (str,) if isinstance(default, str) else (str, int, float)
     if not isinstance(value, kinds) or isinstance(value, bool):
         words = "text" if isinstance(default, str) else "a number"

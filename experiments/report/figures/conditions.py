@@ -35,6 +35,10 @@ _NAMES = {
     ("normalize", "minmax"): "min-max",
     ("eta", "evolved"): "η evolved",
     ("init", "uniform"): "U(-1, 1)",
+    ("exchange_bc", True): "B and C exchanged",
+    ("constant_last_input", True): "last input constant",
+    ("bias", True): "biases",
+    ("input_activation", "tanh"): "tanh on inputs",
 }
 
 
@@ -108,7 +112,7 @@ class Condition:
 
 def label(config: EvolveConfig) -> str:
     """Name of a controller in legends and tables."""
-    names = ["MLP"] if config.controller == "mlp" else []
+    names = [] if config.controller == "hebbian" else [config.controller.upper()]
     return ", ".join(names + _names(config)) or "Hebbian"
 
 
@@ -185,8 +189,10 @@ def _names(config: EvolveConfig) -> list[str]:
             names.append(f"without {left_out}")
         elif option == "eta" and value != "evolved":
             names.append(f"η = {value}")
-        elif option in ("terrain", "sigma", "noise"):
-            names.append(f"{option} {value}")
+        elif option in ("terrain", "sigma", "noise", "gain"):
+            names.append(f"{option} {value:g}" if option == "gain" else f"{option} {value}")
+        elif option == "control_interval":
+            names.append(f"every {value} steps")
         else:
             names.append(_NAMES.get((option, value), str(value)))
     return names
