@@ -40,7 +40,7 @@ class EvolveConfig:
 
     controller: Literal["hebbian", "mlp", "rnn"] = "hebbian"
     """Plastic network whose rules evolve, or static network whose weights evolve: feed-forward, or
-    recurrent with at most as many genes ("rnn", Elman's)."""
+    recurrent with at most as many genes as the plastic one has ("rnn", Elman's)."""
 
     sharing: Literal["full", "single", "presynaptic", "postsynaptic", "grouped"] = "full"
     """Which synapses share a rule; "grouped" is one rule per kind of sensor."""
