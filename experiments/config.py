@@ -12,82 +12,152 @@ import math
 from dataclasses import dataclass
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
+from experiments.options import option, options_of
+
 __all__ = ["EvolveConfig"]
 
 _LEAST_DURATION = 0.1  # [s]
 _LEAST_POPULATION = 4  # of which a quarter are parents
-_PLASTIC_OPTIONS = ("sharing", "normalize", "eta", "init", "terms")
+_PLASTIC = ("hebbian",)  # controllers with plasticity
+_SPELLINGS: dict[str, dict[str, str | None]] = {
+    "normalize": {"none": None, "None": None},
+    "init": {"zero": "zeros"},
+}
+"""How the command line, TOML files and earlier versions write some values."""
 
 
 @dataclass(frozen=True)
 class EvolveConfig:
-    """Everything that decides the outcome of an evolution; the defaults are the paper's."""
+    """Everything that decides the outcome of an evolution; the defaults are the paper's.
 
-    shape: str = "biped-4x3"
+    Options that make another condition stand in the order in which they make its name.
+    """
+
+    shape: str = option("biped-4x3", "axis")
     """Robot: biped-WxH, worm-WxH, box-WxH, tripod-WxH, comb-WxH, T-WxH or ball-D."""
 
-    sensors: Literal["low", "medium", "high"] = "low"
-    """Sensory apparatus."""
+    sensors: str = option("low", "axis")
+    """Sensory apparatus: low, medium or high."""
 
-    controller: Literal["hebbian", "mlp"] = "hebbian"
+    controller: Literal["hebbian", "mlp"] = option("hebbian", "axis")
     """Plastic network whose rules evolve, or static network whose weights evolve."""
 
-    sharing: Literal["full", "single", "presynaptic", "postsynaptic", "grouped"] = "full"
-    """Which synapses share a rule; "grouped" is one rule per kind of sensor."""
+    sharing: str = option(
+        "full",
+        "variant",
+        label={
+            "grouped": "sensors",
+            "presynaptic": "pre-synaptic",
+            "postsynaptic": "post-synaptic",
+        },
+        controllers=_PLASTIC,
+    )
+    """Which synapses share a rule: full (none do), single (all do), presynaptic (those that enter
+    a neuron), postsynaptic (those that leave it) or grouped (those of one kind of sensor)."""
 
-    normalize: Literal["none", "l2", "minmax"] = "none"
-    """Weights as the rules leave them, or every neuron's incoming weights scaled to norm 1 ("l2",
-    the paper's text), or mapped onto [-1, 1] ("minmax", the paper's code)."""
+    normalize: str | None = option(
+        None,
+        "variant",
+        suffix=lambda value: "normalized" if value == "l2" else f"normalized-{value}",
+        label={"l2": "normalized", "minmax": "min-max"},
+        controllers=_PLASTIC,
+    )
+    """none: weights as the rules leave them; l2: every neuron's incoming weights scaled to norm 1
+    (the paper's text); minmax: mapped onto [-1, 1] (the paper's code)."""
 
-    eta: float | Literal["evolved"] = 0.01
+    eta: float | Literal["evolved"] = option(
+        0.01,
+        "variant",
+        suffix=lambda value: f"eta-{value}",
+        label=lambda value: "η evolved" if value == "evolved" else f"η = {value}",
+        controllers=_PLASTIC,
+    )
     """Learning rate, or "evolved" for one gene per rule."""
 
-    init: Literal["zero", "uniform"] = "zero"
-    """Weights at birth: zero, or drawn from U(-1, 1) anew for every life."""
+    init: str = option(
+        "zeros",
+        "variant",
+        suffix=lambda value: f"init-{value}",
+        label={"uniform": "U(-1, 1)"},
+        controllers=_PLASTIC,
+    )
+    """Initial weights: zeros, or uniform, drawn from U(-1, 1) anew for every episode."""
 
-    terms: str = "ABCD"
+    damage: Literal["none", "half"] = option("none", "axis", suffix=lambda value: f"damage-{value}")
+    """"half": each voxel breaks with probability 0.5 at half of the episode."""
+
+    terms: str = option(
+        "ABCD",
+        "variant",
+        suffix=lambda value: f"without-{_left_out(value)}",
+        label=lambda value: f"without {_left_out(value)}",
+        controllers=_PLASTIC,
+    )
     """Terms of the rules, such as "BCD" without A; those left out are zero and do not evolve."""
 
-    terrain: str = "hilly-3-30"
+    terrain: str = option(
+        "hilly-3-30",
+        "variant",
+        suffix=lambda value: f"terrain-{value}",
+        label=lambda value: f"terrain {value}",
+    )
     """Ground. Without a seed, every evaluation gets a terrain of its own; with one
     ("hilly-3-30-7"), all share it. Also flat, steppy-H-W, uphill-A, downhill-A."""
 
-    damage: Literal["none", "half"] = "none"
-    """"half": each voxel breaks with probability 0.5 at half of the life."""
-
-    generations: int = 500
-    """Populations to evaluate."""
-
-    population: int = 40
-    """Individuals per generation."""
-
-    sigma: float = 0.35
+    sigma: float = option(
+        0.35,
+        "variant",
+        suffix=lambda value: f"sigma-{float(value)}",
+        label=lambda value: f"sigma {value}",
+    )
     """Standard deviation of the mutation."""
 
-    duration: float = 60.0
-    """Length of a life [s]."""
-
-    noise: float = 0.01
+    noise: float = option(
+        0.01,
+        "variant",
+        suffix=lambda value: f"noise-{float(value)}",
+        label=lambda value: f"noise {value}",
+    )
     """Standard deviation of the sensor noise, in units of each sensor's range."""
 
-    control_interval: int = 1
+    control_interval: int = option(
+        1,
+        "variant",
+        suffix=lambda value: f"interval-{value}",
+        label=lambda value: f"interval {value}",
+    )
     """Steps of 1/60 s in a control step: the controller acts and learns once per control step."""
 
-    runs: int = 1
+    generations: int = option(500, "scale")
+    """Populations to evaluate."""
+
+    population: int = option(40, "scale")
+    """Individuals per generation."""
+
+    duration: float = option(60.0, "scale")
+    """Length of an episode [s]."""
+
+    runs: int = option(1, "sample")
     """Independent runs to evolve side by side; run r is the run that --seed SEED+r alone gives."""
 
-    seed: int = 0
+    seed: int = option(0, "sample")
     """Everything random follows from it."""
 
-    device: str = "cpu"
+    device: str = option("cpu", "machine")
     """Where to compute: cpu, or cuda where PyTorch finds a GPU."""
 
-    threads: int | None = None
+    threads: int | None = option(None, "machine")
     """Threads of the simulator; all cores if not given. No influence on the result."""
 
-    loop: Literal["auto", "fused", "torch"] = "auto"
+    loop: Literal["auto", "fused", "torch"] = option("auto", "machine")
     """Control loop: network and physics in one kernel ("fused"), step by step through PyTorch
     ("torch"), or fused where it can be ("auto")."""
+
+    def __post_init__(self) -> None:
+        for name, spellings in _SPELLINGS.items():
+            value = getattr(self, name)
+            if isinstance(value, str) and value in spellings:
+                object.__setattr__(self, name, spellings[value])
 
     def validate(self) -> None:
         """Check every option, and that they fit together. Nothing is written.
@@ -151,18 +221,32 @@ class EvolveConfig:
             raise ValueError(f'eta: expected a finite number or "evolved", got {self.eta!r}')
 
     def _check_controller(self) -> None:
-        from hebbtorch.rule_bank import check_terms
-
-        check_terms(self.terms)
-        if self.controller != "mlp":
-            return
         default = EvolveConfig()
-        for name in _PLASTIC_OPTIONS:
-            if getattr(self, name) != getattr(default, name):
+        for name, what in options_of(EvolveConfig).items():
+            value = getattr(self, name)
+            has_it = not what.controllers or self.controller in what.controllers
+            if not has_it and value != getattr(default, name):
                 raise ValueError(
-                    f"{name}: expected no such option with controller mlp, which has no "
-                    f"plasticity, got {getattr(self, name)!r}; drop it or use controller hebbian"
+                    f"{name}: expected no such option with controller {self.controller}, got "
+                    f"{value!r}; drop it or use controller {' or '.join(what.controllers)}"
                 )
+        self._check_network()
+
+    def _check_network(self) -> None:
+        """The layers know their own options and what to say of wrong ones."""
+        import torch
+
+        import hebbtorch
+
+        network = hebbtorch.HebbianMLP(
+            [1, 1],
+            sharing=self.sharing,
+            groups=["input"] if self.sharing == "grouped" else None,
+            eta=self.eta,
+            normalize=self.normalize,
+            terms=self.terms,
+        )
+        network.initial_state(self.init, generator=torch.Generator())
 
     def _check_world(self) -> None:
         from physics import Apparatus, Morphology, Terrain
@@ -182,6 +266,11 @@ class EvolveConfig:
             checks.device(self.device)
         except RuntimeError:  # PyTorch's, for a name that it does not know
             raise ValueError(f"device: expected cpu or cuda, got {self.device!r}") from None
+
+
+def _left_out(terms: str) -> str:
+    """The terms of the rules that are not among these."""
+    return "".join(term for term in EvolveConfig.terms if term not in terms)
 
 
 def _is_integer(value: Any) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 import torch
 
@@ -25,7 +25,7 @@ class TorchLoop:
     def __init__(self, sim: Simulator, network: Controller, state: hebbtorch.State) -> None:
         self._network = network
         self._state = state
-        self._options: dict[str, bool] = {}
+        self._options: dict[str, Any] = {}
         self._actuation = torch.zeros(
             sim.n_worlds, sim.n_voxels, dtype=sim.dtype, device=sim.device
         )

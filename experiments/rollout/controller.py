@@ -42,7 +42,7 @@ def build(
         sharing=config.sharing,
         groups=apparatus.kinds if config.sharing == "grouped" else None,
         eta=config.eta,
-        normalize=None if config.normalize == "none" else config.normalize,
+        normalize=config.normalize,
         terms=config.terms,
         population=(population,),
     ).to(config.device)
@@ -57,7 +57,7 @@ def initial_state(networks: Controller, init: str, seeds: Sequence[int]) -> hebb
             genomes.
         seeds: One for each individual; it alone decides the weights drawn, not the population.
     """
-    if init == "zero" or isinstance(networks, hebbtorch.StaticMLP):
+    if init == "zeros" or isinstance(networks, hebbtorch.StaticMLP):
         return networks.initial_state()
     generators = [torch.Generator().manual_seed(seed) for seed in seeds]
     return networks.initial_state(init, generator=generators)
