@@ -8,17 +8,14 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import math
 from dataclasses import dataclass
-from typing import Any, Literal, get_args, get_origin, get_type_hints
+from typing import Literal
 
-from experiments.options import option, options_of
+from experiments.options import option
 
 __all__ = ["EvolveConfig"]
 
-_LEAST_DURATION = 0.1  # [s]
-_LEAST_POPULATION = 4  # of which a quarter are parents
-_PLASTIC = ("hebbian",)  # controllers with plasticity
+_PLASTIC, _STATIC = ("hebbian",), ("mlp", "rnn")  # controllers with and without plasticity
 _SPELLINGS: dict[str, dict[str, str | None]] = {
     "normalize": {"none": None, "None": None},
     "init": {"zero": "zeros"},
@@ -39,8 +36,9 @@ class EvolveConfig:
     sensors: str = option("low", "axis")
     """Sensory apparatus: low, medium or high."""
 
-    controller: Literal["hebbian", "mlp"] = option("hebbian", "axis")
-    """Plastic network whose rules evolve, or static network whose weights evolve."""
+    controller: Literal["hebbian", "mlp", "rnn"] = option("hebbian", "axis")
+    """Plastic network whose rules evolve, or static network whose weights evolve: feed-forward, or
+    recurrent with at most as many genes ("rnn", Elman's)."""
 
     sharing: str = option(
         "full",
@@ -86,6 +84,47 @@ class EvolveConfig:
     damage: Literal["none", "half"] = option("none", "axis", suffix=lambda value: f"damage-{value}")
     """"half": each voxel breaks with probability 0.5 at half of the episode."""
 
+    exchange_bc: bool = option(
+        False,
+        "variant",
+        suffix=lambda _: "bc-exchanged",
+        label=lambda _: "B and C exchanged",
+        controllers=_PLASTIC,
+    )
+    """B weighs the post- and C the pre-synaptic activation, as in the paper's code."""
+
+    constant_last_input: bool = option(
+        False,
+        "variant",
+        suffix=lambda _: "constant-input",
+        label=lambda _: "last input constant",
+        controllers=_PLASTIC,
+    )
+    """The last reading is replaced by 1, a bias of the hidden neurons, as in the paper's code."""
+
+    gain: float = option(
+        1.0,
+        "variant",
+        suffix=lambda value: f"gain-{float(value):g}",
+        label=lambda value: f"gain {value:g}",
+        controllers=_STATIC,
+    )
+    """Of a static network: the factor on every gene where it becomes a weight."""
+
+    bias: bool = option(
+        False, "variant", suffix=lambda _: "bias", label=lambda _: "biases", controllers=_STATIC
+    )
+    """Of a static network: every neuron but the inputs has a bias, a gene of its own."""
+
+    input_activation: Literal["identity", "tanh"] = option(
+        "identity",
+        "variant",
+        suffix=lambda value: f"inputs-{value}",
+        label=lambda value: f"{value} on inputs",
+        controllers=_STATIC,
+    )
+    """Of a static network, applied to the readings; the paper's code has tanh."""
+
     terms: str = option(
         "ABCD",
         "variant",
@@ -124,7 +163,7 @@ class EvolveConfig:
         1,
         "variant",
         suffix=lambda value: f"interval-{value}",
-        label=lambda value: f"interval {value}",
+        label=lambda value: f"every {value} steps",
     )
     """Steps of 1/60 s in a control step: the controller acts and learns once per control step."""
 
@@ -166,10 +205,9 @@ class EvolveConfig:
             ValueError: the first option that is wrong: its name, what was expected, what came
                 and how to mend it.
         """
-        for check in (self._check_choices, self._check_numbers, self._check_controller):
-            check()
-        self._check_world()
-        self._check_device()
+        from experiments.config_checks import check
+
+        check(self)
 
     def to_json(self) -> str:
         """The options as a JSON object, which `from_json` reads back."""
@@ -190,93 +228,7 @@ class EvolveConfig:
             raise ValueError(f"config: unknown option(s) {', '.join(unknown)}; remove them")
         return cls(**values)
 
-    def _check_choices(self) -> None:
-        for name, hint in get_type_hints(EvolveConfig).items():
-            allowed = get_args(hint) if get_origin(hint) is Literal else None
-            value = getattr(self, name)
-            if allowed and value not in allowed:
-                raise ValueError(f"{name}: expected one of {', '.join(allowed)}, got {value!r}")
-
-    def _check_numbers(self) -> None:
-        for name, least in (
-            ("generations", 1),
-            ("population", _LEAST_POPULATION),
-            ("control_interval", 1),
-            ("runs", 1),
-            ("seed", 0),
-            ("threads", 1),
-        ):
-            value = getattr(self, name)
-            if name == "threads" and value is None:
-                continue
-            if not _is_integer(value) or value < least:
-                raise ValueError(f"{name}: expected an integer >= {least}, got {value!r}")
-        for name, minimum in (("sigma", 0.0), ("noise", 0.0), ("duration", _LEAST_DURATION)):
-            value = getattr(self, name)
-            if not _is_finite(value) or value < minimum:
-                raise ValueError(f"{name}: expected a finite number >= {minimum}, got {value!r}")
-        if self.sigma == 0:
-            raise ValueError("sigma: expected a number > 0, got 0; nothing would evolve")
-        if self.eta != "evolved" and not _is_finite(self.eta):
-            raise ValueError(f'eta: expected a finite number or "evolved", got {self.eta!r}')
-
-    def _check_controller(self) -> None:
-        default = EvolveConfig()
-        for name, what in options_of(EvolveConfig).items():
-            value = getattr(self, name)
-            has_it = not what.controllers or self.controller in what.controllers
-            if not has_it and value != getattr(default, name):
-                raise ValueError(
-                    f"{name}: expected no such option with controller {self.controller}, got "
-                    f"{value!r}; drop it or use controller {' or '.join(what.controllers)}"
-                )
-        self._check_network()
-
-    def _check_network(self) -> None:
-        """The layers know their own options and what to say of wrong ones."""
-        import torch
-
-        import hebbtorch
-
-        network = hebbtorch.HebbianMLP(
-            [1, 1],
-            sharing=self.sharing,
-            groups=["input"] if self.sharing == "grouped" else None,
-            eta=self.eta,
-            normalize=self.normalize,
-            terms=self.terms,
-        )
-        network.initial_state(self.init, generator=torch.Generator())
-
-    def _check_world(self) -> None:
-        from physics import Apparatus, Morphology, Terrain
-
-        apparatus = Apparatus.of(self.sensors, Morphology.from_name(self.shape))
-        if apparatus.n_readings == 0:
-            raise ValueError(
-                f"sensors: expected at least one reading, got none from {self.sensors!r} on "
-                f"{self.shape!r}; choose a richer apparatus"
-            )
-        Terrain.from_name(self.terrain, seed=0)
-
-    def _check_device(self) -> None:
-        from physics import checks
-
-        try:
-            checks.device(self.device)
-        except RuntimeError:  # PyTorch's, for a name that it does not know
-            raise ValueError(f"device: expected cpu or cuda, got {self.device!r}") from None
-
 
 def _left_out(terms: str) -> str:
     """The terms of the rules that are not among these."""
     return "".join(term for term in EvolveConfig.terms if term not in terms)
-
-
-def _is_integer(value: Any) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool)
-
-
-def _is_finite(value: Any) -> bool:
-    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    return is_number and math.isfinite(value)

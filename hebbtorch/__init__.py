@@ -24,18 +24,20 @@ Robots". Equation, section and algorithm numbers in this package are that paper'
 """
 
 from hebbtorch.evolution_strategy import AskTell, EvolutionStrategy
-from hebbtorch.functional.bounds import l2_normalize, minmax_rescale
-from hebbtorch.functional.rules import Rule, abcd_update
+from hebbtorch.functional.bounds import l2_normalize, max_normalize, minmax_rescale
+from hebbtorch.functional.rules import RULES, LearningRule, Rule, abcd_update, bcm
 from hebbtorch.genome import Evolvable, GeneBlock
 from hebbtorch.linear import HebbianLinear
 from hebbtorch.mlp import HebbianMLP
+from hebbtorch.recurrent import HebbianRNN
 from hebbtorch.rule_bank import RuleBank
 from hebbtorch.sharing import SHARINGS, RuleGrid, rule_grid
 from hebbtorch.state import State
-from hebbtorch.stateful import Stateful
+from hebbtorch.stateful import Stateful, keep_local
 from hebbtorch.static import StaticMLP, StaticRNN
 
 __all__ = [
+    "RULES",
     "SHARINGS",
     "AskTell",
     "EvolutionStrategy",
@@ -43,6 +45,8 @@ __all__ = [
     "GeneBlock",
     "HebbianLinear",
     "HebbianMLP",
+    "HebbianRNN",
+    "LearningRule",
     "Rule",
     "RuleBank",
     "RuleGrid",
@@ -51,7 +55,10 @@ __all__ = [
     "StaticMLP",
     "StaticRNN",
     "abcd_update",
+    "bcm",
+    "keep_local",
     "l2_normalize",
+    "max_normalize",
     "minmax_rescale",
     "rule_grid",
 ]

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import torch
 from torch import Tensor, nn
 
+from hebbtorch.dynamics import Described, option
 from hebbtorch.functional.activation import (
     Activation,
     activation_named,
@@ -18,10 +19,10 @@ from hebbtorch.functional.activation import (
 )
 from hebbtorch.genome import Evolvable, check_batch, check_population, check_sizes
 from hebbtorch.sampling import Generators, check_init, redraw
-from hebbtorch.state import State, check_state, memory_of
+from hebbtorch.state import State, batch_of, check_state, memory_of
 
 
-class StaticMLP(Evolvable):
+class StaticMLP(Described, Evolvable):
     """Layers of fixed synapses; y = f(W x + b) in each, with the weights of the genome.
 
     It is called as `HebbianMLP` is; its state holds the weights of the genome and never changes.
@@ -92,6 +93,11 @@ class StaticMLP(Evolvable):
     def _layer_sizes(self) -> list[tuple[int, int]]:
         """(in, out) of each layer of weights."""
         return list(pairwise(self.sizes))
+
+    def dynamics(self) -> dict[str, Any]:
+        """See `Described`."""
+        names = ("gain", "activation", "output_activation", "input_activation")
+        return {name: option(getattr(self, name)) for name in names}
 
     def reset_parameters(self, generator: Generators = None) -> None:
         """Draw every gene from U(-1, 1), as Algorithm 1 does for its first population."""
@@ -253,11 +259,6 @@ class StaticRNN(StaticMLP):
         hidden = self._activate(0, seen, state)
         y = self._activate(1, hidden, state)
         return y, State(state.weights, ({"hidden": hidden.unsqueeze(-2)}, {}))
-
-
-def batch_of(x: Tensor, population: tuple[int, ...]) -> tuple[int, ...]:
-    """The dimensions of inputs (*batch, *P, in) to the left of the population's."""
-    return tuple(x.shape[: max(0, x.dim() - 1 - len(population))])
 
 
 def _genes(n_in: int, hidden: int, n_out: int, bias: bool) -> int:

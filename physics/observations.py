@@ -90,3 +90,7 @@ class Observed:
     def failed(self) -> Tensor:
         """Worlds that became non-finite and were stopped, (N,) bool."""
         return self._state.worlds(self._state.header(lay.H_FAILED)) > 0
+
+    def alive(self) -> Tensor:
+        """Whether the last step moved each world, (N,) bool: not failed, not at its end."""
+        return self._state.worlds(self._state.header(lay.H_ALIVE)) > 0

@@ -15,13 +15,14 @@ from pathlib import Path
 import torch
 from torch import Tensor
 
+import hebbtorch
 from experiments.analysis.unseen import speeds_on
 from experiments.config import EvolveConfig
 from experiments.files.atomic import write_atomically
 from experiments.files.csvfile import write_csv
 from experiments.files.outputs import require_writable
-from experiments.rollout import seeds
-from experiments.rollout.episode import start_episode
+from experiments.rollout import controller, seeds
+from experiments.rollout.episode import Episode, simulator, start_episode
 from experiments.rollout.scenarios import Scenarios
 from experiments.runs.champions import Champions
 from experiments.runs.names import FREEZING_TERRAINS, freezing_file
@@ -227,11 +228,23 @@ def act(config: EvolveConfig, weights: Weights, test: Scenarios) -> Tensor:
         Speeds [m/s], shape (B, K, S), float64, NaN where the life failed.
     """
     shape = (*weights[0].shape[:-2], len(test))
-    # Without plasticity, a plastic network is a static one with the same weights.
-    static = replace(config, controller="mlp")
-    synapses = torch.cat([layer.flatten(-2) for layer in weights], -1).flatten(0, -2)
-    speeds = [
-        speeds_on(static, part, test).flatten()
-        for part in synapses.split(max(1, _MOST_WORLDS // len(test)))
-    ]
-    return torch.cat(speeds).reshape(shape)
+    individuals = tuple(layer.flatten(0, -3) for layer in weights)
+    parts = zip(
+        *(layer.split(max(1, _MOST_WORLDS // len(test))) for layer in individuals), strict=True
+    )
+    return torch.cat([_speeds(config, part, test) for part in parts]).reshape(shape)
+
+
+def _speeds(config: EvolveConfig, weights: Weights, test: Scenarios) -> Tensor:
+    """Speeds of networks with fixed weights, (N, out, in) per layer; shape (N * S,)."""
+    if not config.constant_last_input:
+        # Without plasticity, a plastic network is a static one with the same weights.
+        static = replace(config, controller="mlp")
+        return speeds_on(static, torch.cat([w.flatten(1) for w in weights], -1), test).flatten()
+    n = len(weights[0]) * len(test)
+    network = controller.build(config, n)
+    state = hebbtorch.State(tuple(w.repeat_interleave(len(test), 0) for w in weights))
+    sim = simulator(config, test * len(weights[0]))
+    episode = Episode(sim, network, config.duration, state=state, loop=config.loop)
+    episode.freeze()
+    return episode.finish().speed.cpu()

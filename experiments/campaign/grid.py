@@ -85,7 +85,7 @@ class Grid:
     """
 
     base: EvolveConfig = field(default_factory=EvolveConfig)
-    axes: Mapping[str, Sequence[str | float | None]] = field(default_factory=dict)
+    axes: Mapping[str, Sequence[str | float | bool | None]] = field(default_factory=dict)
 
     def expand(self, scale: Scale) -> list[Condition]:
         """All conditions, validated.
@@ -159,6 +159,10 @@ def check_value(option: str, value: Any) -> None:
     """
     default = getattr(EvolveConfig(), option)
     if value is None and default is None:
+        return
+    if isinstance(default, bool):
+        if not isinstance(value, bool):
+            raise ValueError(f"{option}: expected true or false, got {value!r}")
         return
     is_text = default is None or isinstance(default, str)
     kinds = (str,) if is_text else (str, int, float)

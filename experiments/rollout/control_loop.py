@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
 import torch
 
@@ -25,7 +25,7 @@ class TorchLoop:
     def __init__(self, sim: Simulator, network: Controller, state: hebbtorch.State) -> None:
         self._network = network
         self._state = state
-        self._options: dict[str, Any] = {}
+        self._plastic = True
         self._actuation = torch.zeros(
             sim.n_worlds, sim.n_voxels, dtype=sim.dtype, device=sim.device
         )
@@ -35,11 +35,13 @@ class TorchLoop:
         for _ in range(steps):
             readings = sim.step(self._actuation)
             assert readings is not None, "a controller needs readings"
-            self._actuation, self._state = self._network(readings, self._state, **self._options)
+            alive = sim.alive()  # worlds that are over learn no more
+            plastic = self._plastic if bool(alive.all()) else alive & self._plastic
+            self._actuation, self._state = self._network(readings, self._state, plastic=plastic)
 
     def freeze(self) -> None:
         """End learning: from now on the weights stay as they are."""
-        self._options["plastic"] = False
+        self._plastic = False
 
     def state(self) -> hebbtorch.State:
         """The weights as they are now."""
@@ -64,7 +66,7 @@ def control_loop(
     Raises:
         ValueError: the networks do not fit the worlds, or are none that "fused" knows.
     """
-    is_own = _is_own(network)
+    is_own = _is_own(network) and not state.memory
     if loop == "fused" and not is_own:
         raise ValueError(
             "loop: expected auto or torch for a network that is not hebbtorch's own, got fused "
@@ -84,5 +86,18 @@ def _is_own(network: Controller) -> bool:
         type(network) is hebbtorch.HebbianMLP
         and not network.constant_last_input
         and all(type(layer) is hebbtorch.HebbianLinear for layer in network.layers)
+        and all(_is_plain(layer) for layer in network.layers)
         and len({layer.normalize for layer in network.layers}) == 1
+    )
+
+
+def _is_plain(layer: hebbtorch.HebbianLinear) -> bool:
+    """Whether a layer has none of the features that the kernel lacks."""
+    return (
+        layer.rules.rule == hebbtorch.RULES["abcd"]
+        and layer.plasticity == hebbtorch.HebbianLinear(1, 1, normalize=layer.normalize).plasticity
+        and layer.normalize in (None, "l2", "minmax")
+        and layer.activation == "tanh"
+        and layer.bias is None
+        and layer.fixed is None
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 
 import torch
 
@@ -35,17 +35,43 @@ def build(
     apparatus = apparatus or Apparatus.of(config.sensors, morphology)
     inputs = apparatus.n_readings
     sizes = [inputs, inputs, morphology.n_voxels]
-    if config.controller == "mlp":
-        return hebbtorch.StaticMLP(sizes, population=(population,)).to(config.device)
+    if config.controller == "hebbian":
+        return _plastic(config, sizes, apparatus.kinds, population)
+    static: type[hebbtorch.StaticMLP] = hebbtorch.StaticMLP
+    if config.controller == "rnn":
+        static = hebbtorch.StaticRNN
+        sizes = _recurrent_sizes(sizes, config.bias)
+    return static(
+        sizes,
+        gain=config.gain,
+        bias=config.bias,
+        input_activation=config.input_activation,
+        population=(population,),
+    ).to(config.device)
+
+
+def _plastic(
+    config: EvolveConfig, sizes: list[int], kinds: Sequence[Hashable], population: int
+) -> hebbtorch.HebbianMLP:
     return hebbtorch.HebbianMLP(
         sizes,
         sharing=config.sharing,
-        groups=apparatus.kinds if config.sharing == "grouped" else None,
+        groups=kinds if config.sharing == "grouped" else None,
         eta=config.eta,
         normalize=config.normalize,
         terms=config.terms,
+        exchange_bc=config.exchange_bc,
+        constant_last_input=config.constant_last_input,
         population=(population,),
     ).to(config.device)
+
+
+def _recurrent_sizes(sizes: list[int], bias: bool) -> list[int]:
+    """Neurons of a recurrent network with no more genes than a feed-forward one has."""
+    n_in, _, n_out = sizes
+    n_genes = hebbtorch.StaticMLP(sizes, bias=bias, population=()).n_genes
+    hidden = hebbtorch.StaticRNN.largest_hidden(n_in, n_out, n_genes, bias=bias)
+    return [n_in, hidden, n_out]
 
 
 def initial_state(networks: Controller, init: str, seeds: Sequence[int]) -> hebbtorch.State:

@@ -13,7 +13,7 @@ from experiments.rollout.episode import Episode, Outcome, start_episode
 from experiments.rollout.scenarios import Scenarios
 from physics import Apparatus, Engine, Morphology, Terrain
 
-__all__ = ["Evaluator", "Objective", "fitness"]
+__all__ = ["Evaluator", "Fitness", "Objective", "fitness"]
 
 Objective = Callable[[Episode], Tensor]
 """Runs the episodes of B individuals; returns their values, shape (B,) or (B, K)."""
@@ -56,6 +56,67 @@ class Evaluator:
         ).finish()
 
 
+class Fitness:
+    """Evolution's own evaluation as a function of genomes; `fitness` makes it.
+
+    Attributes:
+        n_genes: Genes of one individual, G.
+    """
+
+    def __init__(
+        self,
+        config: EvolveConfig,
+        shape: Morphology,
+        sensors: Apparatus,
+        terrain: str | Terrain,
+        engine: Engine | None,
+        objective: Objective,
+    ) -> None:
+        self._config = config
+        self._shape = shape
+        self._sensors = sensors
+        self._terrain = terrain
+        self._engine = engine
+        self._objective = objective
+        self.n_genes: int = controller.build(config, 1, shape, sensors).n_genes
+
+    def __call__(self, genomes: Tensor, generation: int) -> Tensor:
+        """Evaluate genomes.
+
+        Args:
+            genomes: Shape (B, G), any B.
+            generation: From 1.
+
+        Returns:
+            Values of shape (B,), or (B, K) for an objective with K values; NaN where the
+            simulation failed.
+
+        Raises:
+            ValueError: the genomes are not (B, G), or the generation is below 1.
+        """
+        if genomes.ndim != 2 or genomes.shape[1] != self.n_genes:
+            raise ValueError(
+                f"genomes: expected shape (B, {self.n_genes}), got {tuple(genomes.shape)}"
+            )
+        if generation < 1:
+            raise ValueError(f"generation: expected an integer >= 1, got {generation!r}")
+        seed = self._config.seed
+        scenarios = Scenarios.training(
+            self._terrain, ((seed, generation, b) for b in range(len(genomes)))
+        )
+        episode = start_episode(
+            self._config,
+            genomes,
+            scenarios,
+            shape=self._shape,
+            sensors=self._sensors,
+            engine=self._engine,
+        )
+        values = self._objective(episode)
+        failed = episode.sim.failed().to(values.device)
+        return torch.where(failed.reshape(-1, *[1] * (values.ndim - 1)), torch.nan, values)
+
+
 def fitness(
     config: EvolveConfig,
     shape: Morphology | None = None,
@@ -63,7 +124,7 @@ def fitness(
     terrain: str | Terrain | None = None,
     engine: Engine | None = None,
     objective: Objective | None = None,
-) -> Callable[[Tensor, int], Tensor]:
+) -> Fitness:
     """Evolution's own evaluation as a plain function, for any optimizer.
 
     Individual b of a call gets the terrain, noise, damage and initial weights that an evolution
@@ -81,32 +142,13 @@ def fitness(
             its first step, runs it as it likes and returns values of shape (B,) or (B, K).
 
     Returns:
-        The function: (genomes of shape (B, G), generation from 1) -> values of shape (B,), or
-        (B, K) for an objective with K values; NaN where the simulation failed.
+        The function, (genomes (B, G), generation from 1) -> values, with its number of genes.
 
     Raises:
-        ValueError: an option is wrong; from the function: the genomes are not (B, G), or the
-            generation is below 1.
+        ValueError: an option is wrong.
     """
     body = shape or Morphology.from_name(config.shape)
     apparatus = Apparatus.of(sensors or config.sensors, body)
-    n_genes = controller.build(config, 1, body, apparatus).n_genes
     ground = config.terrain if terrain is None else terrain
     measure = objective or (lambda episode: episode.finish().speed)
-
-    def evaluate(genomes: Tensor, generation: int) -> Tensor:
-        if genomes.ndim != 2 or genomes.shape[1] != n_genes:
-            raise ValueError(f"genomes: expected shape (B, {n_genes}), got {tuple(genomes.shape)}")
-        if generation < 1:
-            raise ValueError(f"generation: expected an integer >= 1, got {generation!r}")
-        scenarios = Scenarios.training(
-            ground, ((config.seed, generation, b) for b in range(len(genomes)))
-        )
-        episode = start_episode(
-            config, genomes, scenarios, shape=body, sensors=apparatus, engine=engine
-        )
-        values = measure(episode)
-        failed = episode.sim.failed().to(values.device)
-        return torch.where(failed.reshape(-1, *[1] * (values.ndim - 1)), torch.nan, values)
-
-    return evaluate
+    return Fitness(config, body, apparatus, ground, engine, measure)

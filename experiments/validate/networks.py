@@ -53,7 +53,12 @@ class RecordedHebbian(hebbtorch.HebbianMLP):
         self.set_genomes(ours)
 
     def forward(
-        self, x: Tensor, state: hebbtorch.State, plastic: bool = True
+        self,
+        x: Tensor,
+        state: hebbtorch.State | None = None,
+        plastic: bool | Tensor = True,
+        *,
+        modulation: Tensor | None = None,
     ) -> tuple[Tensor, hebbtorch.State]:
         """As in the base class; the last input does not matter."""
         return super().forward(

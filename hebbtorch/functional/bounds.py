@@ -7,6 +7,8 @@ from collections.abc import Callable
 import torch
 from torch import Tensor
 
+Bound = Callable[[Tensor], Tensor]
+
 
 def l2_normalize(weights: Tensor) -> Tensor:
     """Divide each neuron's incoming weights by their Euclidean norm.
@@ -43,19 +45,43 @@ def minmax_rescale(weights: Tensor) -> Tensor:
     return torch.where(span > 0, spread, weights)
 
 
-BOUNDS: dict[str | None, Callable[[Tensor], Tensor] | None] = {
+def max_normalize(weights: Tensor) -> Tensor:
+    """Divide a layer's weights by the greatest of their magnitudes.
+
+    A layer of zeros stays as it is. Source: Dittrich et al., arXiv 2603.22512 (2026).
+
+    >>> max_normalize(torch.tensor([[1.0, -4.0], [0.0, 2.0]])).tolist()
+    [[0.25, -1.0], [0.0, 0.5]]
+
+    Args:
+        weights: (*P, out, in).
+
+    Returns:
+        New weights, (*P, out, in), of magnitudes up to 1.
+    """
+    greatest = weights.abs().amax((-2, -1), keepdim=True)
+    return weights / torch.where(greatest > 0, greatest, 1.0)
+
+
+BOUNDS: dict[str | None, Bound | None] = {
     None: None,
     "l2": l2_normalize,
     "minmax": minmax_rescale,
+    "max": max_normalize,
 }
 
 
-def bound_named(normalize: str | None) -> Callable[[Tensor], Tensor] | None:
-    """The bound called `normalize`, or None for unbounded weights.
+def bound_named(normalize: str | Bound | None) -> Bound | None:
+    """The bound called `normalize`, a bound of one's own, or None for unbounded weights.
 
     Raises:
         ValueError: the name is unknown.
     """
+    if callable(normalize):
+        return normalize
     if normalize not in BOUNDS:
-        raise ValueError(f"normalize: expected None, 'l2' or 'minmax', got {normalize!r}")
+        raise ValueError(
+            f"normalize: expected None, 'l2', 'minmax', 'max' or a function of the weights, "
+            f"got {normalize!r}"
+        )
     return BOUNDS[normalize]

@@ -27,6 +27,8 @@ def test_defaults_are_the_papers() -> None:
         ("shape", "biped-4"),
         ("sensors", "lowest"),
         ("controller", "lstm"),
+        ("gain", 0.0),
+        ("gain", float("inf")),
         ("sharing", "none"),
         ("normalize", "l1"),
         ("eta", float("nan")),
@@ -73,12 +75,26 @@ def test_a_wrong_option_is_refused_and_nothing_written(
         ("eta", 0.1),
         ("init", "uniform"),
         ("terms", "BCD"),
+        ("exchange_bc", True),
+        ("constant_last_input", True),
     ],
 )
 def test_options_of_plasticity_are_refused_for_a_static_network(name: str, value: object) -> None:
     replace(EvolveConfig(), **{name: value}).validate()
     with pytest.raises(ValueError, match=rf"^{name}: .*mlp"):
         replace(EvolveConfig(), controller="mlp", **{name: value}).validate()
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("gain", 30.0), ("bias", True), ("input_activation", "tanh")]
+)
+@pytest.mark.parametrize("controller", ["mlp", "rnn"])
+def test_options_of_static_networks_are_refused_for_a_plastic_one(
+    controller: str, name: str, value: object
+) -> None:
+    replace(EvolveConfig(), controller=controller, **{name: value}).validate()
+    with pytest.raises(ValueError, match=rf"^{name}: .*hebbian"):
+        replace(EvolveConfig(), **{name: value}).validate()
 
 
 def test_json_keeps_every_option() -> None:

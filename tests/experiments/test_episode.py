@@ -10,6 +10,7 @@ import torch
 import hebbtorch
 from experiments.config import EvolveConfig
 from experiments.rollout import Episode, Outcome, Scenarios, controller, fused, simulator
+from experiments.rollout.control_loop import control_loop
 from physics import Simulator, Terrain
 
 N = 3
@@ -108,7 +109,7 @@ def test_own_layers_in_an_own_network_are_driven_through_torch(tiny: EvolveConfi
     for make in (Decay, partial(hebbtorch.HebbianLinear, normalize="l2")):
         sim, networks = born(tiny)
         other = make(sizes[1], sizes[2], population=(N,))
-        other.load_state_dict(networks.layers[1].state_dict())
+        other.set_genomes(networks.layers[1].genomes())
         networks.layers[1] = other
         stepwise = live(sim, networks, tiny.duration, loop="torch").speed
         assert torch.equal(live(sim, networks, tiny.duration).speed, stepwise)
@@ -180,3 +181,23 @@ def test_frozen_in_the_middle_the_weights_stay_and_the_robot_goes_on(tiny: Evolv
         assert not torch.equal(sim.actuation(), before)
         ends.append(sim.mass_poses())
     torch.testing.assert_close(*ends, rtol=0, atol=1e-4)  # sums in another order
+
+
+def test_both_loops_stop_learning_when_a_world_is_over(tiny: EvolveConfig) -> None:
+    """World 0 ends early; its weights stay as they were then."""
+    ends = [0.1] + [10.0] * (N - 1)
+    weights = {}
+    for loop in ("fused", "torch"):
+        networks = born(tiny)[1]
+        short = Simulator(
+            tiny.shape, Terrain.from_name("flat"), N, sensors=tiny.sensors, lifetime=ends
+        )
+        control = control_loop(short, networks, networks.initial_state(), loop)
+        control.run(short, 8)
+        before = control.state().weights[0].clone()
+        control.run(short, 6)
+        after = control.state().weights[0]
+        assert torch.equal(before[0], after[0])
+        assert not torch.equal(before[1], after[1])
+        weights[loop] = after
+    torch.testing.assert_close(weights["fused"], weights["torch"])

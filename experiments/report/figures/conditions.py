@@ -97,7 +97,7 @@ class Condition:
 
 def label(config: EvolveConfig) -> str:
     """Name of a controller in legends and tables."""
-    names = ["MLP"] if config.controller == "mlp" else []
+    names = [] if config.controller == "hebbian" else [config.controller.upper()]
     return ", ".join(names + _names(config)) or "Hebbian"
 
 
