@@ -171,7 +171,7 @@ class Batch:
         table = torch.stack([self._poses_on(terrain) for terrain in numbers])
         if len(numbers) == 1:
             return table
-        return table[torch.tensor([numbers[terrain] for terrain in terrains])]
+        return table[torch.from_numpy(np.array([numbers[terrain] for terrain in terrains]))]
 
     def _poses_on(self, terrain: Terrain | None) -> Tensor:
         if terrain not in self._poses:

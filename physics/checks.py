@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-import numbers
 import operator
+import os
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 import torch
@@ -17,22 +17,59 @@ from physics.scene import clock
 from physics.scene.terrain import Terrain
 
 _WORD = 2**64 - 1
+_MOST_LANES = 32
 _PAD_STEP = 1e4  # distance of the points that make shorter profiles as long as the longest [m]
 
 
-def positive_integer(name: str, value: int) -> int:
+def integer(name: str, value: Any, least: int = 0) -> int:
+    """The value, if it is an integer of at least ``least``, of Python, NumPy or PyTorch."""
+    try:
+        found = least - 1 if isinstance(value, bool | np.bool_) else operator.index(value)
+    except TypeError:
+        found = least - 1
+    if found < least:
+        raise ValueError(f"{name}: expected an integer >= {least}, got {value!r}")
+    return found
+
+
+def positive_integer(name: str, value: Any) -> int:
     """The value, if it is an integer of at least 1."""
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-        raise ValueError(f"{name}: expected an integer >= 1, got {value!r}")
-    return int(value)
+    return integer(name, value, 1)
 
 
-def finite(name: str, value: float, least: float = -math.inf) -> float:
-    """The value, if it is a finite number not below ``least``."""
-    if not (isinstance(value, numbers.Real) and math.isfinite(value) and value >= least):
+def finite(name: str, value: Any, least: float = -math.inf) -> float:
+    """The value, if it is a finite number not below ``least``, of Python, NumPy or PyTorch."""
+    number = real(value)
+    if not (math.isfinite(number) and number >= least):
         bound = "" if math.isinf(least) else f" >= {least:g}"
         raise ValueError(f"{name}: expected a finite number{bound}, got {value!r}")
-    return float(value)
+    return number
+
+
+def real(value: Any) -> float:
+    """The value as a float; NaN if it is no single number."""
+    if isinstance(value, str | bytes | bool | np.bool_) or getattr(value, "ndim", 0) > 0:
+        return math.nan
+    try:
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        return math.nan
+
+
+def require_memory(name: str, count: int, bytes_each: int) -> None:
+    """Refuse more things than the memory of this machine holds.
+
+    Args:
+        name: of the argument that says how many.
+        count: of things.
+        bytes_each: the least that one takes.
+    """
+    pages, page_size = os.sysconf("SC_PHYS_PAGES"), os.sysconf("SC_PAGE_SIZE")
+    if count * bytes_each > pages * page_size:
+        raise ValueError(
+            f"{name}: expected at most {pages * page_size // bytes_each}, which fill the "
+            f"{pages * page_size / 2**30:.0f} GiB of memory here, got {count}"
+        )
 
 
 def instance(name: str, value: Any, kind: type) -> Any:
@@ -83,9 +120,12 @@ def lanes(value: int, device_type: str) -> int:
     """The value, if a program with so many worlds per group runs on the device."""
     if device_type == "cuda" and value != 1:
         raise ValueError(f"lanes: expected 1 on a GPU, got {value!r}; leave it out")
-    positive_integer("lanes", value)
-    if value & (value - 1):  # vectors of other lengths lie elsewhere than Taichi looks
-        raise ValueError(f"lanes: expected a power of two, got {value!r}; leave it out")
+    value = positive_integer("lanes", value)
+    # Vectors of other lengths lie elsewhere than Taichi looks; long ones take minutes to compile.
+    if value > _MOST_LANES or value & (value - 1):
+        raise ValueError(
+            f"lanes: expected a power of two up to {_MOST_LANES}, got {value!r}; leave it out"
+        )
     return value
 
 
@@ -105,7 +145,7 @@ def world_seeds(seed: int | Sequence[int], n_worlds: int) -> np.ndarray:
     From one integer, world i gets a mix of the integer and i; a sequence is mixed likewise,
     element by element, so that a world with seed s is the same at any place of any batch.
     """
-    if isinstance(seed, Iterable):
+    if is_sequence(seed):
         seeds, indices = [_seed(s) for s in seed], np.zeros(1, dtype=np.uint64)
     else:
         seeds, indices = [_seed(seed)] * n_worlds, np.arange(n_worlds, dtype=np.uint64)
@@ -114,15 +154,17 @@ def world_seeds(seed: int | Sequence[int], n_worlds: int) -> np.ndarray:
     return mixed(np.array([s & _WORD for s in seeds], dtype=np.uint64), indices)
 
 
+def is_sequence(value: Any) -> TypeGuard[Iterable[Any]]:
+    """Whether it holds several values; an array of no dimension, which is iterable, is one."""
+    return isinstance(value, Iterable) and getattr(value, "ndim", 1) > 0
+
+
 def _seed(value: Any) -> int:
     """The value, if it is an integer >= 0."""
     try:
-        seed = operator.index(value)
-    except TypeError:
-        seed = -1
-    if seed < 0:
-        raise ValueError(f"seed: expected integers >= 0, got {value!r}")
-    return seed
+        return integer("seed", value)
+    except ValueError:
+        raise ValueError(f"seed: expected integers >= 0, got {value!r}") from None
 
 
 def mixed(seeds: np.ndarray, indices: np.ndarray) -> np.ndarray:
@@ -146,10 +188,10 @@ def lifetimes_in_steps(lifetime: float | Sequence[float] | None, n_worlds: int) 
     """Engine steps that every world lives, (N,) float64."""
     if lifetime is None:
         return np.full(n_worlds, ENDLESS)
-    seconds = list(lifetime) if isinstance(lifetime, Iterable) else [lifetime] * n_worlds
+    seconds = list(lifetime) if is_sequence(lifetime) else [lifetime] * n_worlds
     if len(seconds) != n_worlds:
         raise ValueError(f"lifetime: expected one or {n_worlds} numbers [s], got {len(seconds)}")
-    steps = [clock.steps_in(finite("lifetime", s, 0.0)) for s in seconds]
+    steps = [clock.steps_in(finite("lifetime", s, 0.0), "lifetime") for s in seconds]
     return np.array(steps, dtype=np.float64)
 
 

@@ -67,6 +67,7 @@ class Launcher(Observed):
             self._model.layout, self.n_worlds, self.lanes, self.dtype, self.device
         )
 
+    @torch.inference_mode(False)
     def _build(self, max_steps: int) -> None:
         """Makes the model and its tables."""
         self._model = model.build(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from numbers import Integral
 from typing import Any
 
 import numpy as np
@@ -39,6 +38,7 @@ class Simulator(Launcher):
     """
 
     @torch.inference_mode(False)  # what is made here must be changed outside, too
+    @torch.inference_mode(False)  # the state outlives the mode it may be made in
     def __init__(
         self,
         shape: str | Any,
@@ -100,15 +100,16 @@ class Simulator(Launcher):
         self._gravity = checks.finite("gravity", gravity)
         self._engine = _engine(engine, friction)
         self.control_interval = checks.positive_integer("control_interval", control_interval)
+        checks.require_memory("n_worlds", self.n_worlds, self._bytes_per_world())
         seeds = checks.world_seeds(seed, self.n_worlds)
         lifetimes = checks.lifetimes_in_steps(lifetime, self.n_worlds)
         terrains = checks.terrain_list(terrain, self.n_worlds)
         if threads is not None:
-            checks.positive_integer("threads", threads)
+            threads = checks.positive_integer("threads", threads)
         device_type = self.device.type
         if lanes is None:
             lanes = lanes_for(self.n_worlds, dtype, threads, device_type)
-        self.lanes = checks.lanes(lanes, device_type)
+        self.lanes = lanes = checks.lanes(lanes, device_type)
         features = self._engine.features(self.morphology)
         self.program = backend.Program(dtype, lanes, lanes, features, device_type)
         kernels.play(self.program)  # refuses other dtypes
@@ -126,7 +127,13 @@ class Simulator(Launcher):
         self._allocate()
         self.reset()
 
-    # --- life -----------------------------------------------------------------------------------
+    @property
+    def terrains(self) -> list[Terrain] | None:
+        """The terrain of each world, or None without ground."""
+        terrains = self._batch.terrains
+        return None if terrains is None else list(terrains)
+
+    # --- episodes -------------------------------------------------------------------------------
 
     @torch.inference_mode(False)
     def reset(
@@ -155,7 +162,7 @@ class Simulator(Launcher):
                 has changed then.
         """
         chosen = checks.chosen_worlds("worlds", worlds, self.n_worlds)
-        if isinstance(seeds, Integral) and len(chosen) < self.n_worlds:
+        if seeds is not None and not checks.is_sequence(seeds) and len(chosen) < self.n_worlds:
             raise ValueError(
                 f"seeds: expected one for each of the {len(chosen)} worlds, got {seeds!r}"
             )
@@ -255,6 +262,8 @@ class Simulator(Launcher):
 
     # --- set-up and checks ----------------------------------------------------------------------
 
+    @torch.inference_mode(False)
+    @torch.no_grad()
     def set_poses(self, poses: Tensor, velocities: Tensor | None = None) -> Tensor | None:
         """Moves the squares by hand and senses; time stands still.
 
@@ -272,7 +281,7 @@ class Simulator(Launcher):
         rates = torch.zeros_like(poses) if velocities is None else velocities
         checks.tensor("velocities", rates, **self._squares())
         st.set_poses(self._state, poses)
-        scale = torch.tensor([1.0, 1.0, lay.GYRATION], dtype=torch.float64)
+        scale = torch.tensor([1.0, 1.0, lay.GYRATION], dtype=torch.float64, device="cpu")
         lanes = self._state.lanes_of(rates.double().cpu() * scale)
         self._state.bodies()[:, :, :, lay.VX : lay.W + 1] = lanes
         st.forget_window(self._state)
@@ -301,6 +310,11 @@ class Simulator(Launcher):
             if now is not None:
                 readings[k] = now
         return self._given(readings)
+
+    def _bytes_per_world(self) -> int:
+        """Least memory that a world takes, with what is copied when it is made [bytes]."""
+        items = self.n_voxels * lay.VOXEL_ITEMS
+        return 2 * items * (8 if self.dtype == torch.float64 else 4)
 
     def _extent(self) -> float:
         """Width of ground that a robot may need at once, whatever its posture [m]."""

@@ -35,8 +35,16 @@ def build(
     apparatus = apparatus or Apparatus.of(config.sensors, morphology)
     inputs = apparatus.n_readings
     sizes = [inputs, inputs, morphology.n_voxels]
+    with torch.device(config.device):  # whatever the process has for defaults, here and below
+        network = _network(config, sizes, apparatus.kinds, population)
+    return network.float()
+
+
+def _network(
+    config: EvolveConfig, sizes: list[int], kinds: Sequence[Hashable], population: int
+) -> Controller:
     if config.controller == "hebbian":
-        return _plastic(config, sizes, apparatus.kinds, population)
+        return _plastic(config, sizes, kinds, population)
     static: type[hebbtorch.StaticMLP] = hebbtorch.StaticMLP
     if config.controller == "rnn":
         static = hebbtorch.StaticRNN
@@ -47,7 +55,7 @@ def build(
         bias=config.bias,
         input_activation=config.input_activation,
         population=(population,),
-    ).to(config.device)
+    )
 
 
 def _plastic(
@@ -63,7 +71,7 @@ def _plastic(
         exchange_bc=config.exchange_bc,
         constant_last_input=config.constant_last_input,
         population=(population,),
-    ).to(config.device)
+    )
 
 
 def _recurrent_sizes(sizes: list[int], bias: bool) -> list[int]:
@@ -85,5 +93,5 @@ def initial_state(networks: Controller, init: str, seeds: Sequence[int]) -> hebb
     """
     if init == "zeros" or isinstance(networks, hebbtorch.StaticMLP):
         return networks.initial_state()
-    generators = [torch.Generator().manual_seed(seed) for seed in seeds]
+    generators = [torch.Generator("cpu").manual_seed(seed) for seed in seeds]
     return networks.initial_state(init, generator=generators)

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from physics.scene import clock
+
 __all__ = ["Damage"]
 
 MODES = ("rest", "frozen", "random", "blind")
@@ -41,6 +43,9 @@ class Damage:
             raise ValueError(f"damage: expected probability in [0, 1], got {self.probability!r}")
         if not (math.isfinite(self.time) and self.time >= 0):
             raise ValueError(f"damage: expected a finite time >= 0 s, got {self.time!r}")
+        clock.steps_in(self.time, "damage: time")
+        if math.isfinite(self.until):
+            clock.steps_in(max(0.0, self.until), "damage: until")
         if not self.until > self.time:
             raise ValueError(f"damage: expected until > time = {self.time} s, got {self.until!r}")
         if self.mode not in MODES:

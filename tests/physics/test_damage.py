@@ -32,6 +32,8 @@ def test_voxels_break_independently_of_each_other_and_of_the_next_seed():
         ({"probability": float("nan")}, "probability"),
         ({"time": -1.0}, "time >= 0 s"),
         ({"time": float("inf")}, "finite time"),
+        ({"time": 1e9}, "time: expected at most 35791393 s, which are 2.31 steps"),
+        ({"until": 1e9}, "until: expected at most 35791393 s, which are 2.31 steps"),
         ({"until": 10.0}, "until > time = 30.0 s, got 10.0"),
         ({"mode": "broken"}, "mode in rest, frozen, random, blind, got 'broken'"),
     ],

@@ -62,7 +62,10 @@ class State:
 
     def worlds(self, view: Tensor) -> Tensor:
         """(groups, ..., lanes) -> (N, ...), a copy without the padding."""
-        return view.movedim(-1, 1).flatten(0, 1)[: self.n_worlds].contiguous()
+        rows = view.movedim(-1, 1).flatten(0, 1)[: self.n_worlds]
+        if rows.untyped_storage().data_ptr() == view.untyped_storage().data_ptr():
+            return rows.clone(memory_format=torch.contiguous_format)  # flatten gave a view
+        return rows.contiguous()
 
     def lanes_of(self, values: Tensor) -> Tensor:
         """(N, ...) -> (groups, ..., lanes) of the state's type, zeros in the padding."""
