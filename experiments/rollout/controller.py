@@ -66,7 +66,7 @@ def _plastic(
         sharing=config.sharing,
         groups=kinds if config.sharing == "grouped" else None,
         eta=config.eta,
-        normalize=None if config.normalize == "none" else config.normalize,
+        normalize=config.normalize,
         terms=config.terms,
         exchange_bc=config.exchange_bc,
         constant_last_input=config.constant_last_input,
@@ -91,7 +91,7 @@ def initial_state(networks: Controller, init: str, seeds: Sequence[int]) -> hebb
             genomes.
         seeds: One for each individual; it alone decides the weights drawn, not the population.
     """
-    if init == "zero" or isinstance(networks, hebbtorch.StaticMLP):
+    if init == "zeros" or isinstance(networks, hebbtorch.StaticMLP):
         return networks.initial_state()
     generators = [torch.Generator("cpu").manual_seed(seed) for seed in seeds]
     return networks.initial_state(init, generator=generators)
