@@ -11,19 +11,21 @@ import io
 import re
 import sys
 from collections.abc import Callable
+from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import tyro
 from tyro.extras import SubcommandApp
 
+from experiments import process
 from experiments.analysis.film_options import FilmOptions
 from experiments.campaign.options import CampaignOptions
 from experiments.config import EvolveConfig
 
 __all__ = ["main"]
 
-_SYSTEM_ERROR, _USAGE_ERROR, _INTERRUPTED = 1, 2, 130
+_SYSTEM_ERROR, _USAGE_ERROR, _INTERRUPTED, _TERMINATED = 1, 2, 130, 143
 
 app = SubcommandApp()
 
@@ -33,6 +35,8 @@ def _command(function: Callable[..., None]) -> Callable[..., None]:
 
     @functools.wraps(function)
     def read(*args: Any, **kwargs: Any) -> Any:
+        if kwargs.get("seed", 0) < 0:
+            raise ValueError(f"seed: expected an integer >= 0, got {kwargs['seed']}")
         return functools.partial(function, *args, **kwargs)
 
     app.command(read)
@@ -57,7 +61,8 @@ def evolve(
     Args:
         config: the options.
         out: New folder for the run; by default, a free name in runs/.
-        resume: Folder of a run to go on with, exactly; its options are those it has.
+        resume: Folder of a run to go on with, exactly; its options are those it has. With
+            --generations beside it, the run gets that length.
     """
     from experiments.evolution import evolve as evolution
 
@@ -65,12 +70,13 @@ def evolve(
     if resume is None:
         evolution.evolve(config, out or _free_folder(config))
         return
-    if out is not None or config != EvolveConfig():
+    if out is not None or config != EvolveConfig(generations=config.generations):
         raise ValueError(
-            "resume: expected no other option, since a run goes on with those it has; "
-            f"got some: use --resume {resume} alone, or start anew with --out"
+            "resume: expected no other option than --generations, since a run goes on with those "
+            f"it has; got some: use --resume {resume} alone, or start anew with --out"
         )
-    evolution.resume(resume)
+    asked = any(word.split("=")[0] == "--generations" for word in sys.argv)
+    evolution.resume(resume, config.generations if asked else None)
 
 
 @_command
@@ -256,6 +262,7 @@ def figures(roots: _Roots, seed: int = 0, out: Path | None = None) -> None:
 
 def main() -> None:
     """Run the command that sys.argv names. A user's mistake is one line and exit code 2."""
+    process.prepare()
     try:
         _read_arguments()()
     except ValueError as error:
@@ -264,12 +271,18 @@ def main() -> None:
     except OSError as error:
         print(f"hebbtorch: {error}", file=sys.stderr)
         sys.exit(_SYSTEM_ERROR)
+    except process.Terminated:
+        sys.exit(_TERMINATED)
     except KeyboardInterrupt:
         sys.exit(_INTERRUPTED)
 
 
 def _read_arguments() -> Callable[[], None]:
     """What the command line asks for. tyro's framed complaints become one line."""
+    if sys.argv[1:] == ["--version"]:
+        return lambda: print(f"hebbtorch {version('hebbtorch')}")
+    if not sys.argv[1:]:
+        sys.argv.append("--help")
     complaint = io.StringIO()
     try:
         with contextlib.redirect_stderr(complaint):

@@ -53,7 +53,6 @@ def test_help_does_not_load_the_machinery() -> None:
 @pytest.mark.parametrize(
     "command",
     [
-        "",
         "fly",
         "evolve --bogus",
         "evolve --population many",
@@ -141,9 +140,7 @@ def test_render_writes_pictures(
     assert {path.suffix for path in out.iterdir()} == {".png", ".gif", ".mp4"}
 
 
-@pytest.mark.parametrize(
-    "arguments", ["evolve --controller ultra", "evolve --bogus 3", "evaluate", ""]
-)
+@pytest.mark.parametrize("arguments", ["evolve --controller ultra", "evolve --bogus 3", "evaluate"])
 def test_a_complaint_about_the_arguments_is_one_line(arguments, monkeypatch, capsys):
     assert run(arguments, monkeypatch) == 2
     complaint = capsys.readouterr().err
