@@ -200,6 +200,7 @@ def bench(
     profile: bool = False,
     seed: int = 0,
     threads: int | None = None,
+    against: Path | None = None,
 ) -> None:
     """Measure how fast everything runs here, and compare it with recorded baselines.
 
@@ -210,11 +211,12 @@ def bench(
         profile: Tell where the time of a robot-step goes, too.
         seed: Decides gaits, genomes and terrains.
         threads: Of the evolution; all cores if not given. All else is measured on one.
+        against: Another checkout of this project: measure both in turns, and only that.
     """
     from experiments.bench import bench as run_bench
 
     _one_thread()
-    run_bench(json, out, quick=quick, profile=profile, seed=seed, threads=threads)
+    run_bench(json, out, quick=quick, profile=profile, seed=seed, threads=threads, against=against)
 
 
 @_command

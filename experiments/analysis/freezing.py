@@ -113,7 +113,7 @@ def freeze(champions: Champions, n_terrains: int = FREEZING_TERRAINS, seed: int 
     training, test = training_and_test(config, n_terrains, seed)
     snapshots = learn(config, champions.genomes, range(int(config.duration) + 1), training)
     speeds = act(config, snapshots, test)
-    bound = "" if config.normalize == "none" else f", normalized ({config.normalize})"
+    bound = "" if config.normalize is None else f", normalized ({config.normalize})"
     title = (
         f"{config.shape}, {config.sensors} sensors, damage {config.damage}{bound}, "
         f"{len(champions.genomes)} run(s)"

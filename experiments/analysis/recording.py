@@ -29,9 +29,7 @@ from experiments.files.atomic import write_atomically
 from experiments.rollout import fused
 from experiments.rollout.episode import start_episode
 from experiments.rollout.scenarios import Scenarios
-from experiments.runs.champions import Champions
 from experiments.runs.names import RANDOM_GENOMES, RECORDING, RECORDING_MEASURES
-from experiments.runs.tensorboard import Tracker
 from physics import Simulator
 from physics.scene.material import DT
 
@@ -39,7 +37,6 @@ __all__ = [
     "Recording",
     "describe",
     "observe",
-    "show",
     "times_of",
     "write",
     "write_random",
@@ -170,21 +167,6 @@ def _write_summary(
     }
     write_atomically(path, (json.dumps(summary, indent=1, allow_nan=False) + "\n").encode())
     return path
-
-
-def show(champions: Champions, tracker: Tracker) -> None:
-    """Show in TensorBoard how plastic champions' weights change in the life that `write` records.
-
-    Args:
-        champions: of an evolution.
-        tracker: of the same.
-    """
-    training, _ = training_and_test(champions.config, 1, seed=0)
-    recording = observe(champions.config, champions.genomes, training)
-    for run in range(len(champions.genomes)):
-        for k, time in enumerate(recording.times):
-            shares = measures.term_shares(recording.terms[run, k])
-            tracker.show_weights(run, time, recording.synapses(run, k), shares)
 
 
 @torch.no_grad()

@@ -87,13 +87,11 @@ def _one_generation(
         failed = outcomes[0].failed.reshape(fitness.shape)
         weights = [w.unflatten(0, fitness.shape) for w in outcomes[0].state.weights]
         rows = [history.Row.of(run, generation, fitness[run], 1.0) for run in range(config.runs)]
-        tracker.log(
-            generation,
-            [
-                metrics.measure(row, genomes[run], failed[run], [w[run] for w in weights], 1.0)
-                for run, row in enumerate(rows)
-            ],
-        )
+        numbers = [
+            metrics.measure(own, failed[run], [w[run].flatten(1) for w in weights], 1.0, 1)
+            for run, own in enumerate(genomes)
+        ]
+        tracker.log(rows, numbers, fitness.numpy())
         tracker.flush()
         course.append(rows, store.history_file)
         store.save(Checkpoint(generation, strategy.state_dict(), course))

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 import torch
 
 from experiments.config import EvolveConfig
+from experiments.evolution.observation import film_seconds, is_filmed, is_observed
 from experiments.rollout import controller
 from experiments.rollout.episode import start_episode
 from experiments.rollout.scenarios import Scenarios
@@ -23,8 +24,11 @@ _TERRAINS = 8
 # Sizes of what an evolution writes [bytes].
 _GENE = 4
 _HISTORY_ROW = 100 + 64  # in history.csv and in the checkpoint
-_EVENTS = 700  # per generation and TensorBoard folder
-_OVER_RUNS = 4  # TensorBoard folders besides those of the runs
+_EVENTS = 1_900  # per generation and TensorBoard run, of which the overview is one
+_OBSERVED = 8_000  # besides, where champions are looked at
+_PICTURES = 25_000  # where pictures are logged, without the film
+_FILM_SECOND = 80_000  # of a film
+_LIFE = 60_000, 5_000  # of the champion's episode, and more for each of its seconds
 _FIXED = 10_000
 
 
@@ -86,5 +90,11 @@ def disk_bytes(config: EvolveConfig) -> int:
     genes = controller.build(config, 1).n_genes
     genomes = config.runs * (config.population + 2) * genes * _GENE  # checkpoint and champions
     rows = config.generations * config.runs * _HISTORY_ROW
-    writers = config.runs + (_OVER_RUNS if config.runs > 1 else 0)
-    return genomes + rows + config.generations * writers * _EVENTS + _FIXED
+    generations = range(1, config.generations + 1)
+    observed = sum(is_observed(each, config.generations) for each in generations)
+    filmed = sum(is_filmed(each, config.generations) for each in generations)
+    logged = (config.runs + 1) * (config.generations * _EVENTS + observed * _OBSERVED)
+    pictures = filmed * (_PICTURES + round(_FILM_SECOND * film_seconds(config)))
+    episode = _LIFE[0] + round(_LIFE[1] * config.duration)
+    archived = config.runs * genes * _GENE * observed
+    return genomes + rows + logged + pictures + episode + archived + _FIXED

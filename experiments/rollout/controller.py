@@ -66,7 +66,7 @@ def _plastic(
         sharing=config.sharing,
         groups=kinds if config.sharing == "grouped" else None,
         eta=config.eta,
-        normalize=None if config.normalize == "none" else config.normalize,
+        normalize=config.normalize,
         terms=config.terms,
         exchange_bc=config.exchange_bc,
         constant_last_input=config.constant_last_input,
@@ -75,9 +75,9 @@ def _plastic(
 
 
 def _recurrent_sizes(sizes: list[int], bias: bool) -> list[int]:
-    """Neurons of a recurrent network with no more genes than a feed-forward one has."""
-    n_in, _, n_out = sizes
-    n_genes = hebbtorch.StaticMLP(sizes, bias=bias, population=()).n_genes
+    """Neurons of a recurrent network with no more genes than the plastic one with full sharing."""
+    n_in, hidden, n_out = sizes
+    n_genes = 4 * (n_in * hidden + hidden * n_out)  # A, B, C and D of every synapse
     hidden = hebbtorch.StaticRNN.largest_hidden(n_in, n_out, n_genes, bias=bias)
     return [n_in, hidden, n_out]
 
@@ -91,7 +91,7 @@ def initial_state(networks: Controller, init: str, seeds: Sequence[int]) -> hebb
             genomes.
         seeds: One for each individual; it alone decides the weights drawn, not the population.
     """
-    if init == "zero" or isinstance(networks, hebbtorch.StaticMLP):
+    if init == "zeros" or isinstance(networks, hebbtorch.StaticMLP):
         return networks.initial_state()
     generators = [torch.Generator("cpu").manual_seed(seed) for seed in seeds]
     return networks.initial_state(init, generator=generators)

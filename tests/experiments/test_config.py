@@ -1,5 +1,6 @@
 """Options: the paper's defaults, clear refusals before anything is written, JSON."""
 
+import dataclasses
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -8,13 +9,14 @@ import pytest
 
 from experiments.config import EvolveConfig
 from experiments.evolution.evolve import evolve
+from experiments.options import options_of
 
 
 def test_defaults_are_the_papers() -> None:
     config = EvolveConfig()
     config.validate()
     assert (config.population, config.generations, config.sigma) == (40, 500, 0.35)  # Sec. III-C
-    assert (config.eta, config.init, config.normalize) == (0.01, "zero", "none")  # Sec. III-B
+    assert (config.eta, config.init, config.normalize) == (0.01, "zeros", None)  # Sec. III-B
     assert (config.terrain, config.duration, config.noise) == ("hilly-3-30", 60.0, 0.01)  # Sec. IV
 
 
@@ -107,6 +109,25 @@ def test_options_of_before_a_new_one_are_read_as_its_default() -> None:
     values = json.loads(config.to_json())
     del values["terms"]
     assert EvolveConfig.from_json(json.dumps(values)) == config
+
+
+def test_earlier_and_textual_spellings_mean_the_same() -> None:
+    written = EvolveConfig(normalize="none", init="zero")
+    assert written == EvolveConfig()
+    assert (written.normalize, written.init) == (None, "zeros")
+    values = json.loads(EvolveConfig().to_json()) | {"normalize": "none", "init": "zero"}
+    assert EvolveConfig.from_json(json.dumps(values)) == EvolveConfig()
+
+
+def test_every_option_states_what_it_is() -> None:
+    options = options_of(EvolveConfig)
+    assert list(options) == [field.name for field in dataclasses.fields(EvolveConfig)]
+    assert list(options_of(EvolveConfig, "axis")) == ["shape", "sensors", "controller", "damage"]
+    assert set(options_of(EvolveConfig, "machine")) == {"device", "threads", "loop"}
+    assert options["terms"].suffix("ACD") == "without-B"
+    assert options["sharing"].label("grouped") == "sensors"
+    assert options["sharing"].label("single") == "single"
+    assert options["eta"].label(0.1) == "η = 0.1"
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"colour": 1}'])

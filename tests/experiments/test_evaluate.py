@@ -34,7 +34,7 @@ def alike(config: EvolveConfig) -> torch.Tensor:
     return genomes(config)[:, :1].expand(-1, config.population, -1)
 
 
-@pytest.mark.parametrize("init", ["zero", "uniform"])
+@pytest.mark.parametrize("init", ["zeros", "uniform"])
 def test_runs_side_by_side_are_the_runs_alone(tiny: EvolveConfig, init: str) -> None:
     both = replace(tiny, runs=2, init=init, damage="half")
     population = genomes(both)
@@ -124,7 +124,7 @@ def test_reassessment_has_noise_that_follows_from_its_seed(tiny: EvolveConfig) -
     assert not torch.equal(reassess(tiny, champions, terrains, seed=2), first)
 
 
-@pytest.mark.parametrize("init", ["zero", "uniform"])
+@pytest.mark.parametrize("init", ["zeros", "uniform"])
 def test_fitness_is_evolutions_own_in_any_batch(tiny: EvolveConfig, init: str) -> None:
     config = replace(tiny, init=init, damage="half")
     population = genomes(config)[0]

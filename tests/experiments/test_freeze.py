@@ -52,7 +52,7 @@ def test_terrains_to_learn_and_to_be_judged_on_differ() -> None:
     assert len({*TRAINING.world_seeds, *TEST.world_seeds}) == 3
 
 
-@pytest.mark.parametrize("init", ["zero", "uniform"])
+@pytest.mark.parametrize("init", ["zeros", "uniform"])
 def test_snapshots_are_the_weights_of_a_life_so_long(champions: Champions, init: str) -> None:
     config = replace(PLASTIC, init=init)
     snapshots = learn(config, champions.genomes, [0.0, 0.5, 1.0], TRAINING)

@@ -11,8 +11,7 @@ t = u turned left, its matrix is constant. With lengths in units of GYRATION, rh
 import math
 
 from physics.backend import ti
-from physics.engine.integrator import move
-from physics.engine.lane_math import magnitude
+from physics.engine.lane_math import magnitude, rotate
 from physics.engine.memory import layout as lay
 from physics.engine.memory.model import I_WELD_ROW
 from physics.scene import material
@@ -94,6 +93,7 @@ def solve_positions(S: ti.template(), m: ti.template(), mi: ti.template(), live,
     off = live < live
     half_turn = T.vec(math.pi)
     whole_turn = T.f(2 * math.pi)
+    zero = T.vec(0.0)
     for n in range(m.welds):
         row = m.weld_table + I_WELD_ROW * n
         body1, body2 = S.at[mi[row]], S.at[mi[row + 1]]
@@ -119,11 +119,22 @@ def solve_positions(S: ti.template(), m: ti.template(), mi: ti.template(), live,
         pu = T.f(-0.5) * error_u
         pt = T.f(-_TT) * error_t - T.f(_TA) * error_a
         pw = T.f(-_TA) * error_t - T.f(_AA) * error_a
-        px = pu * ux - pt * uy
-        py = pu * uy + pt * ux
-        for second in range(2):  # a loop, because it compiles the code of ``move`` once
-            body = S.at[mi[row + second]]
-            sign = T.f(1.0) - T.f(2.0) * ti.cast(second, T.f)
-            turn = (pw + ti.cast(second, T.f) * T.f(_RHO) * pt) * (sign * T.f(1 / lay.GYRATION))
-            move(body, mask, sign * px, sign * py, turn, T)
+        px = ti.select(mask, pu * ux - pt * uy, zero)
+        py = ti.select(mask, pu * uy + pt * ux, zero)
+        turn1 = ti.select(mask, pw * T.f(1 / lay.GYRATION), zero)
+        turn2 = ti.select(mask, (pw + T.f(_RHO) * pt) * T.f(-1 / lay.GYRATION), zero)
+        _shift(body1, mask, px, py, turn1, T)
+        _shift(body2, mask, zero - px, zero - py, turn2, T)
     return off
+
+
+@ti.func
+def _shift(body: ti.template(), mask, dx, dy, turn, T: ti.template()):
+    """``integrator.move`` for a way that is zero outside the mask already."""
+    old_c, old_s = body[lay.COS], body[lay.SIN]
+    c, s = rotate(old_c, old_s, turn, T)
+    body[lay.X] = body[lay.X] + dx
+    body[lay.Y] = body[lay.Y] + dy
+    body[lay.ANGLE] = body[lay.ANGLE] + turn
+    body[lay.COS] = ti.select(mask, c, old_c)
+    body[lay.SIN] = ti.select(mask, s, old_s)
