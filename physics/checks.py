@@ -17,6 +17,7 @@ from physics.scene import clock
 from physics.scene.terrain import Terrain
 
 _PAD_STEP = 1e4  # distance of the points that make shorter profiles as long as the longest [m]
+_ROUNDING = 0.01  # of abscissas, as float32 and float64 may differ [m]
 
 
 def positive_integer(name: str, value: int) -> int:
@@ -193,7 +194,7 @@ def _padded(terrain: Terrain, points: int) -> np.ndarray:
 
 
 def _segments_within(xs: np.ndarray, extent: float) -> int:
-    """The most segments that an interval of this width can meet, and one more because a
-    window starts with an even segment."""
-    reached = np.searchsorted(xs, xs + extent, side="right") - np.arange(len(xs))
-    return int(min(reached.max() + 1, len(xs)))
+    """The most segments that an interval of this width can meet: the one it starts in, those that
+    start within it, and one more because a window starts with an even segment."""
+    reached = np.searchsorted(xs, xs + (extent + _ROUNDING), side="right") - np.arange(len(xs))
+    return int(min(reached.max() + 2, len(xs)))

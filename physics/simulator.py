@@ -274,6 +274,7 @@ class Simulator(Observed):
             self._gravity,
             self._noise,
             self._segments,
+            self._extent(),
             self.damage.mode if self.damage else "rest",
             max_steps,
             self.lanes,

@@ -99,9 +99,9 @@ HEADER_ITEMS = 13
 WE_UX, WE_UY, WE_PX, WE_PY, WE_PW = range(5)
 WELD_ITEMS = 5
 
-# A segment of the terrain window: first point, unit tangent, length.
-SE_X, SE_Y, SE_TX, SE_TY, SE_LENGTH = range(5)
-SEGMENT_ITEMS = 5
+# A segment of the terrain window: first point, unit tangent, length, abscissa of the second point.
+SE_X, SE_Y, SE_TX, SE_TY, SE_LENGTH, SE_END = range(6)
+SEGMENT_ITEMS = 6
 
 # The integer row of a group: three counters, then lists.
 L_CONTACTS, L_ROPES, L_MEETINGS, L_LISTS = range(4)

@@ -51,8 +51,8 @@ class Engine:
 
 
 # Places in the table of numbers.
-F_GRAVITY, F_DAMPING, F_FRICTION, F_NOISE, F_REACH = range(5)
-F_SPRINGS = 5  # rows of: anchors x1 y1 x2 y2 [m], rest length, its slopes for a >= 0 and a < 0
+F_GRAVITY, F_DAMPING, F_FRICTION, F_NOISE, F_REACH, F_EXTENT = range(6)
+F_SPRINGS = 6  # rows of: anchors x1 y1 x2 y2 [m], rest length, its slopes for a >= 0 and a < 0
 FS_X1, FS_Y1, FS_X2, FS_Y2, FS_REST, FS_SHRINK, FS_GROW = range(7)
 F_SPRING_ROW = 7
 F_RAYS = F_SPRINGS + F_SPRING_ROW * len(material.SPRINGS)  # rows of: cos, sin, range [m]
@@ -149,6 +149,7 @@ def build(
     gravity: float,
     noise: float,
     segments: int,
+    extent: float,
     damage_mode: str,
     max_steps: int,
     lanes: int,
@@ -162,6 +163,7 @@ def build(
         gravity: downward acceleration [m/s^2].
         noise: standard deviation of the readings' noise, in units of the sensor's range.
         segments: terrain segments that the window of a group holds; 0 without ground.
+        extent: width of the ground in the window [m].
         damage_mode: one of damage.MODES.
         max_steps: steps that a world may live.
         lanes: worlds per group.
@@ -228,6 +230,7 @@ def build(
             engine.friction,
             noise,
             reach(apparatus),
+            extent,
             *_spring_numbers(),
             *rays,
         ],
