@@ -24,8 +24,7 @@ class Engine:
         damping: linear and angular velocity damping [1/s].
         velocity_iterations, position_iterations: of the sequential-impulse solver, per step.
         ropes: whether squares of a voxel are kept from passing through each other.
-        self_collision: whether squares of the robot that no joint ties keep out of each other;
-            None: where it has legs that could pass through each other (`Morphology.legs_meet`).
+        self_collision: whether squares of the robot that no joint ties keep out of each other.
         continuous: whether squares that land are stopped where they touch the ground, instead of
             as deep in it as their speed takes them in a step (continuous collision detection).
     """
@@ -35,13 +34,12 @@ class Engine:
     velocity_iterations: int = material.VELOCITY_ITERATIONS
     position_iterations: int = material.POSITION_ITERATIONS
     ropes: bool = True
-    self_collision: bool | None = None
+    self_collision: bool = True
     continuous: bool = False
 
     def features(self, morphology: Morphology) -> Features:
         """What the kernels must have to simulate this robot."""
-        collides = morphology.legs_meet if self.self_collision is None else self.self_collision
-        return Features(collides and morphology.n_voxels > 1, self.continuous)
+        return Features(self.self_collision and morphology.n_voxels > 1, self.continuous)
 
     def __post_init__(self) -> None:
         for name in ("friction", "damping"):

@@ -136,7 +136,8 @@ def initial_poses(
 
     Without ground, voxel (gx, gy) is centred at (3 gx, 3 gy). On ground the robot's left edge
     is at START_X, as high as makes the least gap between a voxel's lowest point and the ground
-    under its centre START_HEIGHT.
+    under its centre START_HEIGHT. If some square would be in the ground there, the least gap
+    between a square and the ground anywhere under it is START_HEIGHT instead.
     """
     cells = np.array(morphology.cells, dtype=np.float64) * material.VOXEL_SIDE
     signs = np.array(material.CORNER_SIGNS, dtype=np.float64)
@@ -146,10 +147,20 @@ def initial_poses(
         return poses
     half = material.VOXEL_SIDE / 2
     poses[..., 0] += START_X + half
-    bottoms = cells[:, 1] - half
     heights = {
-        id(t): START_HEIGHT - float(np.min(bottoms - t.height(cells[:, 0] + START_X + half)))
-        for t in terrains
+        id(t): _start_height(t, cells[:, 0] + START_X + half, cells[:, 1] - half, poses[0])
+        for t in {id(t): t for t in terrains}.values()
     }
     poses[..., 1] += np.array([heights[id(t)] for t in terrains])[:, None, None]
     return poses
+
+
+def _start_height(
+    terrain: Terrain, centers: np.ndarray, bottoms: np.ndarray, poses: np.ndarray
+) -> float:
+    """How far a robot must be lifted to be where it starts [m]; see `initial_poses`."""
+    height = START_HEIGHT - float(np.min(bottoms - terrain.height(centers)))
+    x, y = poses[..., 0].ravel(), poses[..., 1].ravel()
+    half = material.SQUARE_HALF
+    gap = float(np.min(y - half - terrain.highest(x - half, x + half)))
+    return height if height + gap >= 0 else START_HEIGHT - gap
