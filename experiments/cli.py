@@ -17,6 +17,7 @@ from typing import Annotated, Any, Literal
 import tyro
 from tyro.extras import SubcommandApp
 
+from experiments.analysis.film_options import FilmOptions
 from experiments.campaign.options import CampaignOptions
 from experiments.config import EvolveConfig
 
@@ -128,26 +129,44 @@ def freeze(
 @_command
 def render(
     folder: _Folder,
+    options: Annotated[FilmOptions, tyro.conf.arg(name="")],
     run: int | None = None,
     start: float | None = None,
     seconds: float = 8.0,
+    beside: tuple[str, ...] = (),
     seed: int = 0,
     out: Path | None = None,
 ) -> None:
-    """Draw the gait of a run's champion: a picture strip, a GIF and an MP4.
+    """Draw the gait of a run's champion: a page of stills, an MP4 and, if it is short, a GIF.
 
     Args:
         folder: Folder of the run.
+        options: How films and stills look.
         run: Which one, if the folder has several; by default that of the best champion.
         start: Beginning of the film [s]; by default after the robot has learned to walk.
         seconds: Length of the film [s].
-        seed: Decides terrain, sensor noise and damage of the life shown.
+        beside: What to show beside the champion, in beside.mp4: "damaged" (voxels break with
+            probability 0.5 at half of the episode), "frozen" (it stops learning when the film
+            begins), or folders of other runs.
+        seed: Decides terrain, sensor noise and damage of the episode shown.
         out: Folder for the files; by default the run's.
     """
-    from experiments.analysis import film
+    from experiments.analysis import comparison, film
+    from experiments.evolution.progress import counted
 
     _one_thread()
-    for path in film.film_run(folder, run=run, out=out, seed=seed, start=start, seconds=seconds):
+    with counted("picture") as progress:
+        files = film.film_run(
+            folder, run=run, out=out, seed=seed, start=start, seconds=seconds, options=options,
+            progress=progress,
+        )  # fmt: skip
+    if beside:
+        with counted("picture") as progress:
+            files += comparison.film_beside(
+                folder, beside, run=run, out=out, seed=seed, start=start, seconds=seconds,
+                options=options, progress=progress,
+            )  # fmt: skip
+    for path in files:
         print(f"wrote {path}")
 
 
@@ -180,6 +199,7 @@ def bench(
     profile: bool = False,
     seed: int = 0,
     threads: int | None = None,
+    against: Path | None = None,
 ) -> None:
     """Measure how fast everything runs here, and compare it with recorded baselines.
 
@@ -190,11 +210,12 @@ def bench(
         profile: Tell where the time of a robot-step goes, too.
         seed: Decides gaits, genomes and terrains.
         threads: Of the evolution; all cores if not given. All else is measured on one.
+        against: Another checkout of this project: measure both in turns, and only that.
     """
     from experiments.bench import bench as run_bench
 
     _one_thread()
-    run_bench(json, out, quick=quick, profile=profile, seed=seed, threads=threads)
+    run_bench(json, out, quick=quick, profile=profile, seed=seed, threads=threads, against=against)
 
 
 @_command

@@ -8,84 +8,195 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import math
 from dataclasses import dataclass
-from typing import Any, Literal, get_args, get_origin, get_type_hints
+from typing import Literal
 
-__all__ = ["EvolveConfig", "fresh_terrain"]
+from experiments.options import option
 
-_SEEDED_FAMILIES = ("hilly", "steppy", "flatWithStart")  # a name without seed leaves it open
-_LEAST_DURATION = 0.1  # [s]
-_LEAST_POPULATION = 4  # of which a quarter are parents
-_PLASTIC_OPTIONS = ("sharing", "normalize", "eta", "init", "terms")
+__all__ = ["EvolveConfig"]
+
+_PLASTIC, _STATIC = ("hebbian",), ("mlp", "rnn")  # controllers with and without plasticity
+_SPELLINGS: dict[str, dict[str, str | None]] = {
+    "normalize": {"none": None, "None": None},
+    "init": {"zero": "zeros"},
+}
+"""How the command line, TOML files and earlier versions write some values."""
 
 
 @dataclass(frozen=True)
 class EvolveConfig:
-    """Everything that decides the outcome of an evolution; the defaults are the paper's."""
+    """Everything that decides the outcome of an evolution; the defaults are the paper's.
 
-    shape: str = "biped-4x3"
+    Options that make another condition stand in the order in which they make its name.
+    """
+
+    shape: str = option("biped-4x3", "axis")
     """Robot: biped-WxH, worm-WxH, box-WxH, tripod-WxH, comb-WxH, T-WxH or ball-D."""
 
-    sensors: Literal["low", "medium", "high"] = "low"
-    """Sensory apparatus."""
+    sensors: str = option("low", "axis")
+    """Sensory apparatus: low, medium or high."""
 
-    controller: Literal["hebbian", "mlp"] = "hebbian"
-    """Plastic network whose rules evolve, or static network whose weights evolve."""
+    controller: Literal["hebbian", "mlp", "rnn"] = option("hebbian", "axis")
+    """Plastic network whose rules evolve, or static network whose weights evolve: feed-forward, or
+    recurrent with at most as many genes ("rnn", Elman's)."""
 
-    sharing: Literal["full", "single", "presynaptic", "postsynaptic", "grouped"] = "full"
-    """Which synapses share a rule; "grouped" is one rule per kind of sensor."""
+    sharing: str = option(
+        "full",
+        "variant",
+        label={
+            "grouped": "sensors",
+            "presynaptic": "pre-synaptic",
+            "postsynaptic": "post-synaptic",
+        },
+        controllers=_PLASTIC,
+    )
+    """Which synapses share a rule: full (none do), single (all do), presynaptic (those that enter
+    a neuron), postsynaptic (those that leave it) or grouped (those of one kind of sensor)."""
 
-    normalize: Literal["none", "l2", "minmax"] = "none"
-    """Weights as the rules leave them, or every neuron's incoming weights scaled to norm 1 ("l2",
-    the paper's text), or mapped onto [-1, 1] ("minmax", the paper's code)."""
+    normalize: str | None = option(
+        None,
+        "variant",
+        suffix=lambda value: "normalized" if value == "l2" else f"normalized-{value}",
+        label={"l2": "normalized", "minmax": "min-max"},
+        controllers=_PLASTIC,
+    )
+    """none: weights as the rules leave them; l2: every neuron's incoming weights scaled to norm 1
+    (the paper's text); minmax: mapped onto [-1, 1] (the paper's code)."""
 
-    eta: float | Literal["evolved"] = 0.01
+    eta: float | Literal["evolved"] = option(
+        0.01,
+        "variant",
+        suffix=lambda value: f"eta-{value}",
+        label=lambda value: "η evolved" if value == "evolved" else f"η = {value}",
+        controllers=_PLASTIC,
+    )
     """Learning rate, or "evolved" for one gene per rule."""
 
-    init: Literal["zero", "uniform"] = "zero"
-    """Weights at birth: zero, or drawn from U(-1, 1) anew for every life."""
+    init: str = option(
+        "zeros",
+        "variant",
+        suffix=lambda value: f"init-{value}",
+        label={"uniform": "U(-1, 1)"},
+        controllers=_PLASTIC,
+    )
+    """Initial weights: zeros, or uniform, drawn from U(-1, 1) anew for every episode."""
 
-    terms: str = "ABCD"
+    damage: Literal["none", "half"] = option("none", "axis", suffix=lambda value: f"damage-{value}")
+    """"half": each voxel breaks with probability 0.5 at half of the episode."""
+
+    exchange_bc: bool = option(
+        False,
+        "variant",
+        suffix=lambda _: "bc-exchanged",
+        label=lambda _: "B and C exchanged",
+        controllers=_PLASTIC,
+    )
+    """B weighs the post- and C the pre-synaptic activation, as in the paper's code."""
+
+    constant_last_input: bool = option(
+        False,
+        "variant",
+        suffix=lambda _: "constant-input",
+        label=lambda _: "last input constant",
+        controllers=_PLASTIC,
+    )
+    """The last reading is replaced by 1, a bias of the hidden neurons, as in the paper's code."""
+
+    gain: float = option(
+        1.0,
+        "variant",
+        suffix=lambda value: f"gain-{float(value):g}",
+        label=lambda value: f"gain {value:g}",
+        controllers=_STATIC,
+    )
+    """Of a static network: the factor on every gene where it becomes a weight."""
+
+    bias: bool = option(
+        False, "variant", suffix=lambda _: "bias", label=lambda _: "biases", controllers=_STATIC
+    )
+    """Of a static network: every neuron but the inputs has a bias, a gene of its own."""
+
+    input_activation: Literal["identity", "tanh"] = option(
+        "identity",
+        "variant",
+        suffix=lambda value: f"inputs-{value}",
+        label=lambda value: f"{value} on inputs",
+        controllers=_STATIC,
+    )
+    """Of a static network, applied to the readings; the paper's code has tanh."""
+
+    terms: str = option(
+        "ABCD",
+        "variant",
+        suffix=lambda value: f"without-{_left_out(value)}",
+        label=lambda value: f"without {_left_out(value)}",
+        controllers=_PLASTIC,
+    )
     """Terms of the rules, such as "BCD" without A; those left out are zero and do not evolve."""
 
-    terrain: str = "hilly-3-30"
+    terrain: str = option(
+        "hilly-3-30",
+        "variant",
+        suffix=lambda value: f"terrain-{value}",
+        label=lambda value: f"terrain {value}",
+    )
     """Ground. Without a seed, every evaluation gets a terrain of its own; with one
     ("hilly-3-30-7"), all share it. Also flat, steppy-H-W, uphill-A, downhill-A."""
 
-    damage: Literal["none", "half"] = "none"
-    """"half": each voxel breaks with probability 0.5 at half of the life."""
-
-    generations: int = 500
-    """Populations to evaluate."""
-
-    population: int = 40
-    """Individuals per generation."""
-
-    sigma: float = 0.35
+    sigma: float = option(
+        0.35,
+        "variant",
+        suffix=lambda value: f"sigma-{float(value)}",
+        label=lambda value: f"sigma {value}",
+    )
     """Standard deviation of the mutation."""
 
-    duration: float = 60.0
-    """Length of a life [s]."""
-
-    noise: float = 0.01
+    noise: float = option(
+        0.01,
+        "variant",
+        suffix=lambda value: f"noise-{float(value)}",
+        label=lambda value: f"noise {value}",
+    )
     """Standard deviation of the sensor noise, in units of each sensor's range."""
 
-    runs: int = 1
+    control_interval: int = option(
+        1,
+        "variant",
+        suffix=lambda value: f"interval-{value}",
+        label=lambda value: f"every {value} steps",
+    )
+    """Steps of 1/60 s in a control step: the controller acts and learns once per control step."""
+
+    generations: int = option(500, "scale")
+    """Populations to evaluate."""
+
+    population: int = option(40, "scale")
+    """Individuals per generation."""
+
+    duration: float = option(60.0, "scale")
+    """Length of an episode [s]."""
+
+    runs: int = option(1, "sample")
     """Independent runs to evolve side by side; run r is the run that --seed SEED+r alone gives."""
 
-    seed: int = 0
+    seed: int = option(0, "sample")
     """Everything random follows from it."""
 
-    device: str = "cpu"
+    device: str = option("cpu", "machine")
     """Where to compute: cpu, or cuda where PyTorch finds a GPU."""
 
-    threads: int | None = None
+    threads: int | None = option(None, "machine")
     """Threads of the simulator; all cores if not given. No influence on the result."""
 
-    loop: Literal["auto", "fused", "torch"] = "auto"
+    loop: Literal["auto", "fused", "torch"] = option("auto", "machine")
     """Control loop: network and physics in one kernel ("fused"), step by step through PyTorch
     ("torch"), or fused where it can be ("auto")."""
+
+    def __post_init__(self) -> None:
+        for name, spellings in _SPELLINGS.items():
+            value = getattr(self, name)
+            if isinstance(value, str) and value in spellings:
+                object.__setattr__(self, name, spellings[value])
 
     def validate(self) -> None:
         """Check every option, and that they fit together. Nothing is written.
@@ -94,10 +205,9 @@ class EvolveConfig:
             ValueError: the first option that is wrong: its name, what was expected, what came
                 and how to mend it.
         """
-        for check in (self._check_choices, self._check_numbers, self._check_controller):
-            check()
-        self._check_world()
-        self._check_device()
+        from experiments.config_checks import check
+
+        check(self)
 
     def to_json(self) -> str:
         """The options as a JSON object, which `from_json` reads back."""
@@ -118,86 +228,7 @@ class EvolveConfig:
             raise ValueError(f"config: unknown option(s) {', '.join(unknown)}; remove them")
         return cls(**values)
 
-    def _check_choices(self) -> None:
-        for name, hint in get_type_hints(EvolveConfig).items():
-            allowed = get_args(hint) if get_origin(hint) is Literal else None
-            value = getattr(self, name)
-            if allowed and value not in allowed:
-                raise ValueError(f"{name}: expected one of {', '.join(allowed)}, got {value!r}")
 
-    def _check_numbers(self) -> None:
-        for name, least in (
-            ("generations", 1),
-            ("population", _LEAST_POPULATION),
-            ("runs", 1),
-            ("seed", 0),
-            ("threads", 1),
-        ):
-            value = getattr(self, name)
-            if name == "threads" and value is None:
-                continue
-            if not _is_integer(value) or value < least:
-                raise ValueError(f"{name}: expected an integer >= {least}, got {value!r}")
-        for name, minimum in (("sigma", 0.0), ("noise", 0.0), ("duration", _LEAST_DURATION)):
-            value = getattr(self, name)
-            if not _is_finite(value) or value < minimum:
-                raise ValueError(f"{name}: expected a finite number >= {minimum}, got {value!r}")
-        if self.sigma == 0:
-            raise ValueError("sigma: expected a number > 0, got 0; nothing would evolve")
-        if self.eta != "evolved" and not _is_finite(self.eta):
-            raise ValueError(f'eta: expected a finite number or "evolved", got {self.eta!r}')
-
-    def _check_controller(self) -> None:
-        from hebbtorch.bank import check_terms
-
-        check_terms(self.terms)
-        if self.controller != "mlp":
-            return
-        default = EvolveConfig()
-        for name in _PLASTIC_OPTIONS:
-            if getattr(self, name) != getattr(default, name):
-                raise ValueError(
-                    f"{name}: expected no such option with controller mlp, which has no "
-                    f"plasticity, got {getattr(self, name)!r}; drop it or use controller hebbian"
-                )
-
-    def _check_world(self) -> None:
-        from physics import Apparatus, Morphology, Terrain
-
-        apparatus = Apparatus.of(self.sensors, Morphology.from_name(self.shape))
-        if apparatus.n_readings == 0:
-            raise ValueError(
-                f"sensors: expected at least one reading, got none from {self.sensors!r} on "
-                f"{self.shape!r}; choose a richer apparatus"
-            )
-        Terrain.from_name(fresh_terrain(self.terrain, 0))
-
-    def _check_device(self) -> None:
-        from physics import checks
-
-        try:
-            checks.device(self.device)
-        except RuntimeError:  # PyTorch's, for a name that it does not know
-            raise ValueError(f"device: expected cpu or cuda, got {self.device!r}") from None
-
-
-def fresh_terrain(name: str, seed: int) -> str:
-    """The full name of a terrain: `name` itself, or with `seed` added where it leaves one open.
-
-    Args:
-        name: such as "hilly-3-30" (open), "hilly-3-30-7" (fixed) or "flat" (has none).
-        seed: an integer >= 0.
-    """
-    family, *fields = name.split("-")
-    n_fields = 0 if family == "flatWithStart" else 2  # besides the seed
-    is_open = family in _SEEDED_FAMILIES and len(fields) == n_fields
-    return f"{name}-{seed}" if is_open else name
-
-
-def _is_integer(value: Any) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool)
-
-
-def _is_finite(value: Any) -> bool:
-    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    return is_number and math.isfinite(value)
+def _left_out(terms: str) -> str:
+    """The terms of the rules that are not among these."""
+    return "".join(term for term in EvolveConfig.terms if term not in terms)

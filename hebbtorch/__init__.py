@@ -23,19 +23,21 @@ Source: Ferigo, Iacca, Medvet, Pigozzi, "Evolving Hebbian Learning Rules in Voxe
 Robots". Equation, section and algorithm numbers in this package are that paper's.
 """
 
-from hebbtorch.bank import RuleBank
-from hebbtorch.bounds import l2_normalize, minmax_rescale
-from hebbtorch.evolution import AskTell, EvolutionStrategy
+from hebbtorch.evolution_strategy import AskTell, EvolutionStrategy
+from hebbtorch.functional.bounds import l2_normalize, max_normalize, minmax_rescale
+from hebbtorch.functional.rules import RULES, LearningRule, Rule, abcd_update, bcm
 from hebbtorch.genome import Evolvable, GeneBlock
 from hebbtorch.linear import HebbianLinear
 from hebbtorch.mlp import HebbianMLP
-from hebbtorch.rules import Rule, abcd_update
+from hebbtorch.recurrent import HebbianRNN
+from hebbtorch.rule_bank import RuleBank
 from hebbtorch.sharing import SHARINGS, RuleGrid, rule_grid
 from hebbtorch.state import State
-from hebbtorch.stateful import Stateful
-from hebbtorch.static import StaticMLP
+from hebbtorch.stateful import Stateful, keep_local
+from hebbtorch.static import StaticMLP, StaticRNN
 
 __all__ = [
+    "RULES",
     "SHARINGS",
     "AskTell",
     "EvolutionStrategy",
@@ -43,14 +45,20 @@ __all__ = [
     "GeneBlock",
     "HebbianLinear",
     "HebbianMLP",
+    "HebbianRNN",
+    "LearningRule",
     "Rule",
     "RuleBank",
     "RuleGrid",
     "State",
     "Stateful",
     "StaticMLP",
+    "StaticRNN",
     "abcd_update",
+    "bcm",
+    "keep_local",
     "l2_normalize",
+    "max_normalize",
     "minmax_rescale",
     "rule_grid",
 ]

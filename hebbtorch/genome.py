@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from numbers import Integral
@@ -16,16 +17,17 @@ class GeneBlock(NamedTuple):
 
     Attributes:
         layer: index of the layer (0 leaves the inputs).
-        name: "A", "B", "C", "D", "eta", or "weight" for a static network.
+        name: "A", "B", "C", "D", "eta", "bias", or "weight" for a static network.
         genes: where they stand in the genome.
-        shape: (rows, columns) that they fill, row-major: rows are post-synaptic neurons,
-            columns pre-synaptic ones, either of them 1 (or the number of groups) where shared.
+        shape: that they fill, row-major; of a plastic layer's rules (rows, columns): rows are
+            post-synaptic neurons, columns pre-synaptic ones, either of them 1 (or the number of
+            groups) where shared.
     """
 
     layer: int
     name: str
     genes: slice
-    shape: tuple[int, int]
+    shape: tuple[int, ...]
 
 
 def check_population(population: Iterable[int]) -> tuple[int, ...]:
@@ -107,14 +109,15 @@ class Evolvable(nn.Module, ABC):
         blocks = []
         start = 0
         for layer, name, parameter in self.gene_parameters():
-            *lead, rows, columns = parameter.shape if parameter.dim() >= 2 else (0, 0, 0)
-            if tuple(lead) != self.population:
+            depth = len(self.population)
+            if tuple(parameter.shape[:depth]) != self.population:
                 raise ValueError(
                     f"gene_parameters: expected {name} of layer {layer} of shape "
-                    f"(*{self.population}, rows, columns), got {tuple(parameter.shape)}"
+                    f"(*{self.population}, ...), got {tuple(parameter.shape)}"
                 )
-            genes = slice(start, start + rows * columns)
-            blocks.append(GeneBlock(layer, name, genes, (rows, columns)))
+            shape = tuple(parameter.shape[depth:])
+            genes = slice(start, start + math.prod(shape))
+            blocks.append(GeneBlock(layer, name, genes, shape))
             start = genes.stop
         return tuple(blocks)
 
@@ -126,8 +129,46 @@ class Evolvable(nn.Module, ABC):
 
     def genomes(self) -> Tensor:
         """The genomes (*P, G) that the parameters stand for: a copy, without gradients."""
-        blocks = [p.detach().flatten(-2) for _, _, p in self.gene_parameters()]
+        blocks = [p.detach().reshape(*self.population, -1) for _, _, p in self.gene_parameters()]
         return torch.cat(blocks, -1)
+
+    def decode(self, genomes: Tensor) -> dict[str, Tensor]:
+        """Genomes as the parameters they stand for, by name: gradients reach the genomes.
+
+        >>> net = hebbtorch.HebbianMLP([3, 2])
+        >>> genome = torch.zeros(net.n_genes, requires_grad=True)
+        >>> call = torch.func.functional_call
+        >>> _, state = call(net, net.decode(genome), (torch.ones(3),))
+        >>> y, _ = call(net, net.decode(genome), (torch.ones(3), state))
+        >>> y.sum().backward()
+        >>> genome.grad.shape
+        torch.Size([24])
+
+        Args:
+            genomes: (*lead, G), where `lead` are the population dimensions, or under
+                `torch.func.vmap` what they are there; of any floating dtype.
+
+        Returns:
+            Full name -> (*lead, *shape), to be given to `torch.func.functional_call`.
+
+        Raises:
+            ValueError: another number of genes.
+        """
+        if genomes.shape[-1:] != (self.n_genes,):
+            raise ValueError(
+                f"genomes: expected {self.n_genes} genes in the last dimension, "
+                f"got shape {tuple(genomes.shape)}"
+            )
+        name_of = {id(parameter): name for name, parameter in self.named_parameters()}
+        lead = genomes.shape[:-1]
+        return {
+            name_of[id(parameter)]: genomes[..., block.genes]
+            .reshape(*lead, *block.shape)
+            .to(parameter.dtype)
+            for block, (_, _, parameter) in zip(
+                self.gene_blocks, self.gene_parameters(), strict=True
+            )
+        }
 
     @torch.no_grad()
     def set_genomes(self, genomes: Tensor) -> None:
@@ -151,15 +192,13 @@ class Evolvable(nn.Module, ABC):
             )
         parameters = [parameter for _, _, parameter in self.gene_parameters()]
         converted = [
-            genomes[..., block.genes].to(parameter.dtype).unflatten(-1, block.shape)
+            genomes[..., block.genes].to(parameter.dtype).reshape(parameter.shape)
             for block, parameter in zip(self.gene_blocks, parameters, strict=True)
         ]
-        for genes in converted:
-            bad = int((~genes.isfinite()).sum())
-            if bad:
-                raise ValueError(
-                    f"genomes: expected genes that are finite in {genes.dtype}, "
-                    f"got {bad} NaN or infinite"
-                )
+        dtype = min((genes.dtype for genes in converted), key=lambda d: torch.finfo(d).max)
+        if bad := sum(int((~genes.isfinite()).sum()) for genes in converted):
+            raise ValueError(
+                f"genomes: expected genes that are finite in {dtype}, got {bad} NaN or infinite"
+            )
         for parameter, genes in zip(parameters, converted, strict=True):
             parameter.copy_(genes)

@@ -2,39 +2,68 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from itertools import pairwise
+from typing import TYPE_CHECKING, Any
 
 import torch
 from torch import Tensor, nn
 
-from hebbtorch.bank import ETA, TERMS, RuleBank
-from hebbtorch.draws import Generators
+from hebbtorch.dynamics import Described
+from hebbtorch.functional.activation import Activation
+from hebbtorch.functional.bounds import Bound
+from hebbtorch.functional.rules import LearningRule
 from hebbtorch.genome import Evolvable, check_population, check_sizes
 from hebbtorch.linear import HebbianLinear
-from hebbtorch.state import State, check_state
+from hebbtorch.neuron_rules import NeuronBank, NeuronGenes
+from hebbtorch.rule_bank import ETA, TERMS
+from hebbtorch.sampling import Generators, Init
+from hebbtorch.state import Memory, State, batch_of, check_state, memory_of
+
+AnyRule = str | LearningRule | Callable[..., Tensor]
 
 
-class HebbianMLP(Evolvable):
-    """Layers of plastic synapses; tanh on every neuron but the inputs, no biases.
+class HebbianMLP(Described, Evolvable):
+    """Layers of plastic synapses; tanh on every neuron but the inputs, unless told otherwise.
 
-    In one step all layers first compute their activations under the present weights, then all
-    update from those same activations; the output is the one computed before the update.
+    In one step all layers compute their activations under the present weights and update from
+    those same activations; the output is the one computed before the update.
 
     The rules are parameters: run under `torch.no_grad()` unless you want their gradients, for
     autograd otherwise remembers every step since the state was made or detached.
 
+    >>> net = HebbianMLP([8, 8, 10], sharing="neuron", eta="evolved", population=(40,))
+    >>> net.n_genes
+    112
+    >>> y, state = net(torch.rand(40, 8))
+    >>> y, state = net(torch.rand(40, 8), state, plastic=torch.arange(40) < 20)
+
     Args:
         sizes: neurons per layer, [in, hidden..., out].
+        rule: learning rule of all layers, see `hebbtorch.functional.rules`, or a list of one per
+            layer.
         sharing: which synapses share a rule, see `hebbtorch.sharing`; "single" is one rule for
             the whole network.
         groups: with sharing="grouped", one label per input: one rule per distinct label for the
             synapses that leave the inputs, and one rule for each other layer.
         eta: learning rate; or "evolved", one gene per rule, eta = 0.01 * 10**gene.
-        normalize: None; "l2": incoming weights are divided by their norm after each update; or
-            "minmax": they are mapped onto [-1, 1].
+        normalize: as in `HebbianLinear`, and so are the arguments that follow.
         terms: which terms of the rules exist, such as "BCD" without A; the others have no genes
             and are zero.
+        exchange_bc: True lets B weigh the post- and C the pre-synaptic activation, as the paper's
+            own code does; Eq. (3) has them the other way round.
+        constant_last_input: True replaces the last input by 1, a bias for the first layer, as
+            the paper's own code does.
+        average: M, the rule sees the means of the activations over the last M steps.
+        every: K, the weights change in steps K, 2 K, ... of a life.
+        decay: share of the weights that is lost in each update.
+        clip: bound on |w|, or None.
+        trace_decay: share of the eligibility traces that stays from update to update.
+        activation: of every neuron but the inputs.
+        output_activation: of the last layer; None: as the others.
+        bias: whether every neuron but the inputs has a bias, a gene.
+        fixed: whether weights that are not plastic are added.
+        init: initial plastic weights of all layers, or a list of one per layer.
         population: P, dimensions of the population.
         dtype: of the coefficients and the weights; None for torch's default.
         device: where they live; None for torch's default.
@@ -50,11 +79,24 @@ class HebbianMLP(Evolvable):
         self,
         sizes: Sequence[int],
         *,
+        rule: AnyRule | Sequence[AnyRule] = "abcd",
         sharing: str = "full",
         groups: Sequence[Hashable] | None = None,
         eta: float | str = ETA,
-        normalize: str | None = None,
+        normalize: str | Bound | None = None,
         terms: str = TERMS,
+        exchange_bc: bool = False,
+        constant_last_input: bool = False,
+        average: int = 1,
+        every: int = 1,
+        decay: float = 0.0,
+        clip: float | None = None,
+        trace_decay: float = 0.0,
+        activation: str | Activation = "tanh",
+        output_activation: str | Activation | None = None,
+        bias: bool = False,
+        fixed: bool = False,
+        init: Init | Sequence[Init] = "zeros",
         population: Sequence[int] = (),
         dtype: torch.dtype | None = None,
         device: torch.device | str | None = None,
@@ -62,90 +104,166 @@ class HebbianMLP(Evolvable):
         super().__init__()
         self.sizes = check_sizes(sizes)
         self.population = check_population(population)
+        self.constant_last_input = constant_last_input
+        ends = self._layer_sizes()
+        rules = _per_layer("rule", rule, len(ends))
+        inits = _per_layer("init", init, len(ends))
+        made: dict[str, Any] = {"population": self.population, "dtype": dtype, "device": device}
+        plan: dict[str, Any] = {"eta": eta, "terms": terms}
 
-        def layer(
-            n_in: int, n_out: int, sharing: str, groups: Sequence[Hashable] | None = None
-        ) -> HebbianLinear:
+        def layer(index: int) -> HebbianLinear:
+            grouped = sharing == "grouped"
             return HebbianLinear(
-                n_in,
-                n_out,
-                sharing=sharing,
-                groups=groups,
-                eta=eta,
+                ends[index][0],
+                ends[index][1],
+                rule=rules[index],
+                sharing="single" if grouped and index > 0 else sharing,
+                groups=groups if index == 0 else None,
                 normalize=normalize,
-                terms=terms,
-                population=self.population,
-                dtype=dtype,
-                device=device,
+                exchange_bc=exchange_bc,
+                average=average,
+                every=every,
+                decay=decay,
+                clip=clip,
+                trace_decay=trace_decay,
+                activation=activation,
+                output_activation=output_activation if index == len(ends) - 1 else None,
+                bias=bias,
+                fixed=fixed,
+                init=inits[index],
+                **plan,
+                **made,
             )
 
-        first, *others = pairwise(self.sizes)
-        sharing_of_others = "single" if sharing == "grouped" else sharing
         self.layers: Sequence[HebbianLinear] = nn.ModuleList(  # type: ignore[assignment]
-            [layer(*first, sharing, groups), *(layer(*n, sharing_of_others) for n in others)]
+            [layer(index) for index in range(len(ends))]
         )
         if sharing == "single":
             for other in self.layers[1:]:
+                if other.rules.rule != self.layers[0].rules.rule:
+                    raise ValueError("rule: expected one for all layers with sharing='single'")
                 other.rules = self.layers[0].rules
+        if sharing == "neuron":
+            self._share_neurons({**plan, **made}, plan)
+
+    def _layer_sizes(self) -> list[tuple[int, int]]:
+        """(in, out) of each layer of synapses."""
+        return list(pairwise(self.sizes))
+
+    def _share_neurons(self, options: dict[str, Any], plan: dict[str, Any]) -> None:
+        """Let the layers on both sides of a hidden layer read the same neurons' genes."""
+        ends = [(layer.n_in, layer.n_out) for layer in self.layers]
+        if any(left != right for (_, left), (right, _) in pairwise(ends)):
+            raise ValueError("sharing: expected another one than 'neuron' for these layers")
+        sizes = [ends[0][0], *(n_out for _, n_out in ends)]
+        last = len(sizes) - 1
+        neurons = [
+            NeuronGenes(n, outgoing=k < last, incoming=k > 0, **options)
+            for k, n in enumerate(sizes)
+        ]
+        for layer, pre, post in zip(self.layers, neurons[:-1], neurons[1:], strict=True):
+            layer.rules = NeuronBank(pre, post, **plan)
+
+    def dynamics(self) -> dict[str, Any]:
+        """See `Described`; those of the layers are with the layers."""
+        return {"constant_last_input": self.constant_last_input}
 
     def gene_parameters(self) -> list[tuple[int, str, nn.Parameter]]:
-        """See `Evolvable`; a bank that layers share counts once."""
-        first_layer_of: dict[RuleBank, int] = {}
+        """See `Evolvable`; a parameter that layers share counts once."""
+        genes: dict[nn.Parameter, tuple[int, str, nn.Parameter]] = {}
         for index, layer in enumerate(self.layers):
-            first_layer_of.setdefault(layer.rules, index)
-        return [
-            (index, name, parameter)
-            for bank, index in first_layer_of.items()
-            for name, parameter in bank.named_genes()
-        ]
+            for _, name, parameter in layer.gene_parameters():
+                genes.setdefault(parameter, (index, name, parameter))
+        return list(genes.values())
 
     def initial_state(
-        self, init: str = "zeros", *, batch: Sequence[int] = (), generator: Generators = None
+        self,
+        init: Init | None = None,
+        *,
+        batch: Sequence[int] = (),
+        generator: Generators = None,
     ) -> State:
-        """The state at birth; the layers draw one after the other.
+        """The state in which a life begins; the layers draw one after the other.
 
         Args:
-            init: "zeros" (the paper's) or "uniform", U(-1, 1).
+            init: initial weights as in `HebbianLinear`; None: those of the network.
             batch: further dimensions, to the left of the population's.
-            generator: for "uniform", where the numbers come from: one generator, torch's default
-                one if None, or one generator per entry of the first of the dimensions
-                (*batch, *P); each entry then gets what it would get alone.
+            generator: where random numbers come from: one generator, torch's default one if
+                None, or one generator per entry of the first of the dimensions (*batch, *P);
+                each entry then gets what it would get alone.
 
         Raises:
             ValueError: unknown `init`, or a wrong number of generators.
         """
-        return State(
-            tuple(
-                layer.initial_weights(init, batch=batch, generator=generator)
-                for layer in self.layers
-            )
-        )
+        states = [
+            layer.initial_state(init, batch=batch, generator=generator) for layer in self.layers
+        ]
+        return _joined(states)
 
-    def forward(self, x: Tensor, state: State, plastic: bool = True) -> tuple[Tensor, State]:
+    if TYPE_CHECKING:  # a call is typed as forward is
+
+        def __call__(  # noqa: D102
+            self,
+            x: Tensor,
+            state: State | None = None,
+            plastic: bool | Tensor = True,
+            *,
+            modulation: Tensor | None = None,
+        ) -> tuple[Tensor, State]: ...
+
+    def forward(
+        self,
+        x: Tensor,
+        state: State | None = None,
+        plastic: bool | Tensor = True,
+        *,
+        modulation: Tensor | None = None,
+    ) -> tuple[Tensor, State]:
         """One step of the network's life.
 
         Args:
-            x: inputs, (*batch, *P, in).
-            state: the present weights; left untouched.
-            plastic: False leaves the weights as they are.
+            x: inputs, (*batch, *P, in), in the network's dtype or a lower precision.
+            state: the present state, left untouched; None: a life begins.
+            plastic: False leaves the weights as they are, while averages and traces go on; or
+                a bool tensor (*batch, *P), who learns.
+            modulation: third factor of the update, (*batch, *P); None: 1.
 
         Returns:
-            y (*batch, *P, out), in [-1, 1], and the state of the next step.
+            y (*batch, *P, out) and the state of the next step.
 
         Raises:
             ValueError: shapes or dtypes that do not fit.
         """
+        if state is None:
+            state = self.initial_state(batch=batch_of(x, self.population))
         check_state(state, len(self.layers))
-        activations = [x]
-        for layer, weights in zip(self.layers, state.weights, strict=True):
-            activations.append(layer.activate(activations[-1], weights))
-        y = activations[-1]
-        if not plastic:
-            return y, state
-        updated = (
-            layer.update(weights, pre, post)
-            for layer, weights, (pre, post) in zip(
-                self.layers, state.weights, pairwise(activations), strict=True
-            )
-        )
-        return y, State(tuple(updated))
+        if self.constant_last_input:
+            x = torch.cat([x[..., :-1], torch.ones_like(x[..., :1])], -1)
+        states = []
+        for index, layer in enumerate(self.layers):
+            x, after = layer(x, _of_layer(state, index), plastic, modulation=modulation)
+            states.append(after)
+        if plastic is False and not state.memory:
+            return x, state
+        return x, _joined(states)
+
+
+def _of_layer(state: State, index: int) -> State:
+    """The state of one layer."""
+    memory: Memory = memory_of(state, index)
+    return State((state.weights[index],), (memory,) if memory else ())
+
+
+def _joined(states: Sequence[State]) -> State:
+    """The state of a network from those of its layers."""
+    memory = tuple(memory_of(state, 0) for state in states)
+    return State(tuple(state.weights[0] for state in states), memory if any(memory) else ())
+
+
+def _per_layer(name: str, value: Any, n_layers: int) -> list[Any]:
+    """One value per layer, from one for all or a list of them."""
+    if not isinstance(value, list | tuple):
+        return [value] * n_layers
+    if len(value) != n_layers:
+        raise ValueError(f"{name}: expected one for all or {n_layers}, got {len(value)}")
+    return list(value)

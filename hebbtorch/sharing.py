@@ -7,10 +7,15 @@
 | "postsynaptic" | neuron, shared by its outgoing synapses          | 1 x in           |
 | "grouped"      | label, shared by the synapses leaving its inputs | 1 x labels       |
 | "single"       | network                                          | 1 x 1            |
+| "neuron"       | synapse, made from genes of its two neurons      | see below        |
 
 The names are the paper's: its *pre-synaptic* model shares a rule among the pre-synaptic
 connections of a neuron. "grouped" is its *sensors* model; there, layers after the first have
 one rule each.
+
+"neuron" is neuron-centric Hebbian learning (Ferigo, Cunegatti, Iacca, arXiv 2403.12076): not
+synapses but neurons have genes, and a network of N neurons has 5 N - n_in - n_out of them with an
+evolved learning rate, 4 N - n_in - n_out with a fixed one. See `hebbtorch.neuron_rules`.
 """
 
 from __future__ import annotations
@@ -20,7 +25,7 @@ from dataclasses import dataclass
 
 from torch import Tensor
 
-SHARINGS = ("full", "single", "presynaptic", "postsynaptic", "grouped")
+SHARINGS = ("full", "single", "presynaptic", "postsynaptic", "grouped", "neuron")
 
 
 @dataclass(frozen=True)
@@ -51,7 +56,8 @@ def rule_grid(
             in which they first appear.
 
     Raises:
-        ValueError: unknown sharing, or groups missing, superfluous or of the wrong length.
+        ValueError: unknown sharing, or groups missing, superfluous or of the wrong length, or
+            "neuron", which has no grid.
     """
     if sharing not in SHARINGS:
         raise ValueError(f"sharing: expected one of {SHARINGS}, got {sharing!r}")
@@ -70,6 +76,8 @@ def rule_grid(
             raise ValueError(f"groups: expected {n_in} labels, one per input, got {len(groups)}")
         column = {label: k for k, label in enumerate(dict.fromkeys(groups))}
         return RuleGrid(1, len(column), tuple(column[label] for label in groups))
+    if sharing == "neuron":
+        raise ValueError("sharing: expected one with a grid of rules, got 'neuron'")
     rows = n_out if sharing in ("full", "presynaptic") else 1
     columns = n_in if sharing in ("full", "postsynaptic") else 1
     return RuleGrid(rows, columns)

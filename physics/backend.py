@@ -28,69 +28,173 @@ import contextlib
 import io
 import os
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import torch
 from torch import Tensor
 
-os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
+from physics.compile_cache import cache_folder, some_home
+from physics.compiler_thread import CompilerThread
 
-import taichi as ti
-from taichi.lang import impl as _impl
-from taichi.lang.ast.ast_transformer_utils import ASTTransformerContext as _Reader
+os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
+os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")  # it would ask a server on the internet
+
+with some_home():
+    import taichi as ti
+    from taichi.lang import impl as _impl
+    from taichi.lang.ast.ast_transformer_utils import ASTTransformerContext as _Reader
 
 # A CPU range-for of Taichi is never split below this many iterations, so a loop over chunks runs
 # as ``for q in range(GRAIN * chunks): if q % GRAIN == 0: ...  # chunk q // GRAIN``.
 GRAIN = 512
 _MOST = 2**31 - 1  # numbers in a tensor
 
-_lock = threading.Lock()
-_started = ""  # "cpu" or "cuda"
+
+class _Process:
+    """Taichi in this process.
+
+    Attributes:
+        device: "cpu" or "cuda", once it is started.
+        program: Taichi's, while it runs; None again after a fork, until the next launch.
+        epoch: how often it was started; a compiled kernel belongs to one epoch.
+        pid: of the process that started it.
+        lock: held while it starts, and from before to after a fork.
+        compiler: starts and compiles.
+    """
+
+    def __init__(self) -> None:
+        self.device = ""
+        self.program: Any = None
+        self.epoch = 0
+        self.pid = 0
+        self.lock = threading.RLock()
+        self.compiler = CompilerThread()
+
+
+_process = _Process()
 
 
 def start(device: str) -> None:
     """Starts Taichi once per process; a second call does nothing.
 
-    A second ``ti.init`` would invalidate every compiled kernel, hence the guard.
-    ``default_fp`` is f64 so that literals keep their digits; kernels cast them to their own
-    type. ``cfg_optimization`` is off because it costs compile time for no speed. On a GPU blocks
-    of one warp spread few worlds over many multiprocessors, and vectors of one lane must be taken
-    apart: Taichi's CUDA has no square root of a vector.
+    A second ``ti.init`` would invalidate every compiled kernel, hence the guards: against other
+    code that calls it before or after.
 
     Args:
         device: "cpu" or "cuda".
 
     Raises:
-        ValueError: this process simulates on the other one already, or Taichi finds no CUDA.
+        ValueError: this process simulates on the other one already, uses Taichi in another way,
+            or is a fork of one that does; or Taichi finds no CUDA.
     """
-    global _started
-    with _lock:
-        if _started not in ("", device):
-            raise ValueError(
-                f"device: expected {_started}, on which this process simulates already, got "
-                f"{device}; use a process for each"
-            )
-        if _started:
-            return
-        with contextlib.redirect_stdout(io.StringIO()):  # its greeting
-            ti.init(
-                arch=ti.cuda if device == "cuda" else ti.cpu,
-                default_fp=ti.f64,
-                default_ip=ti.i32,
-                fast_math=False,
-                cfg_optimization=False,
-                log_level=ti.WARN,
-                real_matrix_scalarize=device == "cuda",
-                default_gpu_block_dim=32,
-            )
-        if device == "cuda" and _impl.current_cfg().arch != ti.cuda:  # it only warns of it
-            ti.reset()
-            raise ValueError(
-                'device: expected "cpu", for Taichi finds no CUDA driver it can use, got "cuda"'
-            )
-        _started = device
+    _refuse_fork()
+    if _process.device not in ("", device):
+        raise ValueError(
+            f"device: expected {_process.device}, on which this process simulates already, got "
+            f"{device}; use a process for each"
+        )
+    with _process.lock:
+        _running(device)
+
+
+def _refuse_fork() -> None:
+    """Refuses a copy of a process that simulates, made by other means than Python's or on a GPU."""
+    if _process.program is not None and _process.pid != os.getpid():
+        raise ValueError(
+            "process: expected one that was started by itself, got a fork of one that simulates, "
+            "whose threads it lacks; start it with the method spawn, such as "
+            'multiprocessing.get_context("spawn")'
+        )
+
+
+def _running(device: str) -> Any:
+    """Taichi's program, started if need be. The caller holds the lock."""
+    if _process.program is None:
+        _start(device)
+    program = _process.program
+    if _impl.get_runtime().prog is not program:
+        raise ValueError(
+            "taichi: expected to be the only user of Taichi in this process, but ti.init or "
+            "ti.reset was called since, which destroyed the simulator's kernels; use Taichi in a "
+            "process of its own"
+        )
+    return program
+
+
+def _start(device: str) -> None:
+    if _impl.get_runtime().prog is not None:
+        raise ValueError(
+            "taichi: expected to start Taichi, but ti.init was called in this process before, and "
+            "a second one would destroy its fields; use Taichi in a process of its own"
+        )
+    if device == "cuda":  # its kernels crash at exit if another thread than the main one ran them
+        _init(device)
+    else:
+        _process.compiler.run(lambda: _init(device))
+    _process.device, _process.program = device, _impl.get_runtime().prog
+    _process.epoch += 1
+    _process.pid = os.getpid()
+
+
+def _init(device: str) -> None:
+    """Calls ``ti.init``.
+
+    ``default_fp`` is f64 so that literals keep their digits; kernels cast them to their own
+    type. ``cfg_optimization`` is off because it costs compile time for no speed. On a GPU blocks
+    of one warp spread few worlds over many multiprocessors, and vectors of one lane must be taken
+    apart: Taichi's CUDA has no square root of a vector.
+    """
+    folder = cache_folder()
+    with some_home(folder), contextlib.redirect_stdout(io.StringIO()):  # its greeting
+        ti.init(
+            arch=ti.cuda if device == "cuda" else ti.cpu,
+            default_fp=ti.f64,
+            default_ip=ti.i32,
+            fast_math=False,
+            cfg_optimization=False,
+            log_level=ti.WARN,
+            real_matrix_scalarize=device == "cuda",
+            default_gpu_block_dim=32,
+        )
+    if device == "cuda" and _impl.current_cfg().arch != ti.cuda:  # it only warns of it
+        ti.reset()
+        raise ValueError(
+            'device: expected "cpu", for Taichi finds no CUDA driver it can use, got "cuda"'
+        )
+
+
+def _before_fork() -> None:
+    """Ends Taichi, so that the child inherits no trace of threads that it has not.
+
+    Both sides start it again when they need it; the state of worlds is in torch's tensors, and
+    kernels come from the cache. A GPU's context does not survive a fork: the child is refused.
+    """
+    _process.lock.acquire()
+    program = _process.program
+    if _process.device == "cpu" and program is not None and _impl.get_runtime().prog is program:
+        _process.program = None
+        del program
+        _process.compiler.run(_stop)
+
+
+def _stop() -> None:
+    with some_home():
+        ti.reset()
+
+
+def _after_fork_in_child() -> None:
+    """The lock and the compiler are those of the parent."""
+    _process.lock = threading.RLock()
+    _process.compiler = CompilerThread()
+
+
+os.register_at_fork(
+    before=_before_fork,
+    after_in_parent=lambda: _process.lock.release(),
+    after_in_child=_after_fork_in_child,
+)
 
 
 class Features(NamedTuple):
@@ -121,10 +225,10 @@ class Program(NamedTuple):
 
     def packed(self, items: Tensor) -> Tensor:
         """A tensor (groups, items, places), its memory in the order of kernels, as this program
-        takes it: a view, in vectors of its lanes."""
-        if self.lanes == self.places:
-            return packed(items, self.lanes)
-        return items.view(items.shape[0], -1, self.lanes)
+        takes it: a view, in vectors of its lanes; see `Real.array`."""
+        if self.lanes == 1:
+            return packed(items, 1)
+        return items.view(-1, self.lanes)
 
 
 @dataclass(frozen=True)
@@ -166,9 +270,9 @@ class Real:
 
     @property
     def array(self) -> Any:
-        """Kernel argument: lane vectors, a tensor of `Program.packed`. Kernels use it through
-        `view`."""
-        return ti.types.ndarray(dtype=self.vec, ndim=2)
+        """Kernel argument: lane vectors, a tensor of `Program.packed`. They are one row, group
+        after group, or, with one lane, (items, groups). Kernels use it through `group`."""
+        return ti.types.ndarray(dtype=self.vec, ndim=2 if self.lanes == 1 else 1)
 
     @property
     def narrow(self) -> bool:
@@ -180,9 +284,36 @@ class Real:
         """Iterations of a parallel loop for each chunk of groups, see GRAIN."""
         return 1 if self.on_gpu else GRAIN
 
-    def view(self, array: Any) -> View:
-        """In a kernel: an array of groups and items, to be indexed as ``[group, item]``."""
-        return View(array, self.places == 1)
+    def group(self, array: Any, number: Any, items: Any) -> Group:
+        """In a kernel: the items of a group.
+
+        Args:
+            array: an argument of the kernel that was declared as `array`.
+            number: of the group.
+            items: how many each group has.
+        """
+        if self.lanes == 1:
+            return Group(array, number, items, lambda item: (item, number))
+        start = _variable(number * (items * (self.places // self.lanes)))
+        mask = 2**31 // self.lanes - 1
+        return Group(array, number, items, lambda item: ((start + item) & mask,))
+
+    def items(self, array: Any, other: Any, items: Any) -> Any:
+        """In a kernel: how many items a group has in an array, from those it has in another."""
+        if self.lanes == 1:
+            return array.shape[0]
+        parts = self.places // self.lanes
+        return _variable(array.shape[0] // (other.shape[0] // (items * parts)) // parts)
+
+    def lists(self, array: Any, number: Any) -> Group:
+        """In a kernel: the integers of a group.
+
+        Args:
+            array: an argument that was declared as `integers(2)`, a tensor of `packed`.
+            number: of the group.
+        """
+        order = (lambda item: (item, number)) if self.places == 1 else (lambda item: (number, item))
+        return Group(array, number, array.shape[0 if self.places == 1 else 1], order)
 
     def scalars(self, ndim: int) -> Any:
         """Kernel argument: a contiguous torch tensor of ndim dimensions."""
@@ -219,7 +350,7 @@ class Kernel:
 
     def __init__(self, function: Any) -> None:
         self._function = function
-        self._compiled: Any = None
+        self._epoch = 0  # in which it was compiled
 
     def __call__(self, *arguments: Tensor | int) -> None:
         """Launch it.
@@ -236,17 +367,17 @@ class Kernel:
                     f"tensor: expected at most {_MOST} numbers, which Taichi counts in 32 bits, "
                     f"got shape {tuple(value.shape)}; give fewer worlds, or fewer steps, at once"
                 )
-        program = _impl.get_runtime().prog
-        if self._compiled is None:
-            with _brief_places():
-                self._function(*arguments)
-            primal = self._function._primal
-            (self._kernel,) = primal.compiled_kernels.values()
-            self._compiled = program.compile_kernel(
-                program.config(), program.get_device_caps(), self._kernel
-            )
-            kinds = (getattr(each.annotation, "dtype", None) for each in primal.arguments)
-            self._element_dims = [getattr(kind, "ndim", 0) for kind in kinds]
+        _refuse_fork()
+        with _process.lock:
+            self._launch(*arguments)
+
+    def _launch(self, *arguments: Tensor | int) -> None:
+        program = _running(_process.device)
+        if self._epoch != _process.epoch:
+            if _process.device == "cpu":
+                _process.compiler.run(lambda: self._first_launch(*arguments))
+            else:
+                self._first_launch(*arguments)
             return
         context = self._kernel.make_launch_context()
         for place, value in enumerate(arguments):
@@ -259,6 +390,20 @@ class Kernel:
                 (place,), value.data_ptr(), value.nbytes, shape, 0
             )
         program.launch_kernel(self._compiled, context)
+
+    def _first_launch(self, *arguments: Tensor | int) -> None:
+        """Lets Taichi compile and launch it, and keeps what later launches need."""
+        with _brief_places(), some_home():
+            self._function(*arguments)
+            primal = self._function._primal
+            (self._kernel,) = primal.compiled_kernels.values()
+            program = _process.program
+            self._compiled = program.compile_kernel(
+                program.config(), program.get_device_caps(), self._kernel
+            )
+        kinds = (getattr(each.annotation, "dtype", None) for each in primal.arguments)
+        self._element_dims = [getattr(kind, "ndim", 0) for kind in kinds]
+        self._epoch = _process.epoch
 
 
 @contextlib.contextmanager
@@ -280,32 +425,69 @@ def _brief_places() -> Iterator[None]:
         _Reader.get_pos_info = full
 
 
-class View:
-    """A kernel's array, (groups, items) or (items, groups), indexed as ``[group, item]``.
+class Group:
+    """The items of a group in a kernel's array, indexed as ``[item]``.
 
     It exists while a kernel is compiled only, and leaves no trace in it.
+
+    Taichi adds indices as 32-bit integers of which it promises LLVM nothing. Unless LLVM knows
+    that a sum stays below 2^31, it has to compute every address from its own sum, one by one: of
+    the instructions for the springs of a voxel, two fifths. So the place of a block of items is
+    one masked number, which is surely small, and its items lie at constants behind it: these become
+    part of the instruction that loads or stores.
+
+    Attributes:
+        number: of the group.
+        items: how many it has.
+        at: ``at[item]`` is the `Block` of the items from this one on.
     """
 
     _data_oriented = True  # lets Taichi pass it on as it is
 
-    def __init__(self, array: Any, items_first: bool) -> None:
+    def __init__(
+        self, array: Any, number: Any, items: Any, address: Callable[[Any], tuple[Any, ...]]
+    ) -> None:
         self._array = array
-        self._items_first = items_first
+        self._address = address
+        self.number = number
+        self.items = items
+        self.at = _Blocks(array, address)
 
-    @property
-    def groups(self) -> Any:
-        """Their number."""
-        return self._array.shape[int(self._items_first)]
+    def __getitem__(self, item: Any) -> Any:
+        if isinstance(item, tuple):  # [group, item], as some functions have it
+            item = item[1]
+        return _impl.subscript(None, self._array, *self._address(item))
 
-    @property
-    def items(self) -> Any:
-        """Of each group."""
-        return self._array.shape[int(not self._items_first)]
 
-    def __getitem__(self, index: tuple[Any, Any]) -> Any:
-        group, item = index
-        place = (item, group) if self._items_first else (group, item)
-        return _impl.subscript(None, self._array, *place)
+class _Blocks:
+    """Of a group, by their first items."""
+
+    def __init__(self, array: Any, address: Callable[[Any], tuple[Any, ...]]) -> None:
+        self._array = array
+        self._address = address
+
+    def __getitem__(self, item: Any) -> Block:
+        first, *group = self._address(item)
+        return Block(self._array, _variable(first), *group)
+
+
+class Block:
+    """Items of a group from one of them on, the first as ``[0]``; see `Group`."""
+
+    _data_oriented = True
+
+    def __init__(self, array: Any, first: Any, *group: Any) -> None:
+        self._array = array
+        self._first = first
+        self._group = group
+
+    def __getitem__(self, item: Any) -> Any:
+        return _impl.subscript(None, self._array, self._first + item, *self._group)
+
+
+def _variable(value: Any) -> Any:
+    """In a kernel: keeps a value, so that it is not computed wherever it is used."""
+    return _impl.expr_init(value)
 
 
 def integers(ndim: int) -> Any:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-import numbers
 import operator
+import os
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 import torch
@@ -16,23 +16,61 @@ from physics.engine.memory.state import ENDLESS
 from physics.scene import clock
 from physics.scene.terrain import Terrain
 
+_WORD = 2**64 - 1
+_MOST_LANES = 32
 _PAD_STEP = 1e4  # distance of the points that make shorter profiles as long as the longest [m]
 _ROUNDING = 0.01  # of abscissas, as float32 and float64 may differ [m]
 
 
-def positive_integer(name: str, value: int) -> int:
+def integer(name: str, value: Any, least: int = 0) -> int:
+    """The value, if it is an integer of at least ``least``, of Python, NumPy or PyTorch."""
+    try:
+        found = least - 1 if isinstance(value, bool | np.bool_) else operator.index(value)
+    except TypeError:
+        found = least - 1
+    if found < least:
+        raise ValueError(f"{name}: expected an integer >= {least}, got {value!r}")
+    return found
+
+
+def positive_integer(name: str, value: Any) -> int:
     """The value, if it is an integer of at least 1."""
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-        raise ValueError(f"{name}: expected an integer >= 1, got {value!r}")
-    return int(value)
+    return integer(name, value, 1)
 
 
-def finite(name: str, value: float, least: float = -math.inf) -> float:
-    """The value, if it is a finite number not below ``least``."""
-    if not (isinstance(value, numbers.Real) and math.isfinite(value) and value >= least):
+def finite(name: str, value: Any, least: float = -math.inf) -> float:
+    """The value, if it is a finite number not below ``least``, of Python, NumPy or PyTorch."""
+    number = real(value)
+    if not (math.isfinite(number) and number >= least):
         bound = "" if math.isinf(least) else f" >= {least:g}"
         raise ValueError(f"{name}: expected a finite number{bound}, got {value!r}")
-    return float(value)
+    return number
+
+
+def real(value: Any) -> float:
+    """The value as a float; NaN if it is no single number."""
+    if isinstance(value, str | bytes | bool | np.bool_) or getattr(value, "ndim", 0) > 0:
+        return math.nan
+    try:
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        return math.nan
+
+
+def require_memory(name: str, count: int, bytes_each: int) -> None:
+    """Refuse more things than the memory of this machine holds.
+
+    Args:
+        name: of the argument that says how many.
+        count: of things.
+        bytes_each: the least that one takes.
+    """
+    pages, page_size = os.sysconf("SC_PHYS_PAGES"), os.sysconf("SC_PAGE_SIZE")
+    if count * bytes_each > pages * page_size:
+        raise ValueError(
+            f"{name}: expected at most {pages * page_size // bytes_each}, which fill the "
+            f"{pages * page_size / 2**30:.0f} GiB of memory here, got {count}"
+        )
 
 
 def instance(name: str, value: Any, kind: type) -> Any:
@@ -83,59 +121,79 @@ def lanes(value: int, device_type: str) -> int:
     """The value, if a program with so many worlds per group runs on the device."""
     if device_type == "cuda" and value != 1:
         raise ValueError(f"lanes: expected 1 on a GPU, got {value!r}; leave it out")
-    positive_integer("lanes", value)
-    if value & (value - 1):  # vectors of other lengths lie elsewhere than Taichi looks
-        raise ValueError(f"lanes: expected a power of two, got {value!r}; leave it out")
+    value = positive_integer("lanes", value)
+    # Vectors of other lengths lie elsewhere than Taichi looks; long ones take minutes to compile.
+    if value > _MOST_LANES or value & (value - 1):
+        raise ValueError(
+            f"lanes: expected a power of two up to {_MOST_LANES}, got {value!r}; leave it out"
+        )
     return value
 
 
-def world_seeds(seed: int | Sequence[int], n_worlds: int) -> Tensor:
+def chosen_worlds(name: str, mask: Any, n_worlds: int) -> np.ndarray:
+    """The numbers of the worlds of a mask (N,), a bool tensor or array; of all for None."""
+    if mask is None:
+        return np.arange(n_worlds)
+    flags = torch.from_numpy(mask) if isinstance(mask, np.ndarray) else mask
+    if tensor(name, flags, worlds=n_worlds).dtype != torch.bool:
+        raise ValueError(f"{name}: expected a bool mask, got {flags.dtype}")
+    return np.flatnonzero(flags.cpu().numpy())
+
+
+def world_seeds(seed: int | Sequence[int], n_worlds: int) -> np.ndarray:
     """A seed for every world, (N,) int64 in [0, 2^32).
 
     From one integer, world i gets a mix of the integer and i; a sequence is mixed likewise,
     element by element, so that a world with seed s is the same at any place of any batch.
     """
-    if isinstance(seed, Iterable):
-        pairs = [(_seed(s), 0) for s in seed]
+    if is_sequence(seed):
+        seeds, indices = [_seed(s) for s in seed], np.zeros(1, dtype=np.uint64)
     else:
-        pairs = [(_seed(seed), i) for i in range(n_worlds)]
-    if len(pairs) != n_worlds:
-        raise ValueError(f"seed: expected one integer or {n_worlds} of them, got {len(pairs)}")
-    return torch.tensor([_mix(s, i) for s, i in pairs], dtype=torch.int64)
+        seeds, indices = [_seed(seed)] * n_worlds, np.arange(n_worlds, dtype=np.uint64)
+    if len(seeds) != n_worlds:
+        raise ValueError(f"seed: expected one integer or {n_worlds} of them, got {len(seeds)}")
+    return mixed(np.array([s & _WORD for s in seeds], dtype=np.uint64), indices)
+
+
+def is_sequence(value: Any) -> TypeGuard[Iterable[Any]]:
+    """Whether it holds several values; an array of no dimension, which is iterable, is one."""
+    return isinstance(value, Iterable) and getattr(value, "ndim", 1) > 0
 
 
 def _seed(value: Any) -> int:
     """The value, if it is an integer >= 0."""
     try:
-        seed = operator.index(value)
-    except TypeError:
-        seed = -1
-    if seed < 0:
-        raise ValueError(f"seed: expected integers >= 0, got {value!r}")
-    return seed
+        return integer("seed", value)
+    except ValueError:
+        raise ValueError(f"seed: expected integers >= 0, got {value!r}") from None
 
 
-def _mix(seed: int, index: int) -> int:
-    """32 bits that depend on all bits of both numbers (two rounds of splitmix64)."""
-    mask = 2**64 - 1
-    x = seed & mask
+def mixed(seeds: np.ndarray, indices: np.ndarray) -> np.ndarray:
+    """32 bits that depend on all bits of both numbers (two rounds of splitmix64), element by
+    element, int64.
+
+    Args:
+        seeds: uint64.
+        indices: uint64, of the same shape or one that broadcasts to it.
+    """
+    x = seeds
     for _ in range(2):
-        x = (x + 0x9E3779B97F4A7C15 + index) & mask
-        x = ((x ^ (x >> 30)) * 0xBF58476D1CE4E5B9) & mask
-        x = ((x ^ (x >> 27)) * 0x94D049BB133111EB) & mask
-        x ^= x >> 31
-    return x >> 32
+        x = x + np.uint64(0x9E3779B97F4A7C15) + indices
+        x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+        x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+        x = x ^ (x >> np.uint64(31))
+    return (x >> np.uint64(32)).astype(np.int64)
 
 
-def lifetimes_in_steps(lifetime: float | Sequence[float] | None, n_worlds: int) -> Tensor:
-    """Control steps that every world lives, (N,) float64."""
+def lifetimes_in_steps(lifetime: float | Sequence[float] | None, n_worlds: int) -> np.ndarray:
+    """Engine steps that every world lives, (N,) float64."""
     if lifetime is None:
-        return torch.full((n_worlds,), ENDLESS, dtype=torch.float64)
-    seconds = list(lifetime) if isinstance(lifetime, Iterable) else [lifetime] * n_worlds
+        return np.full(n_worlds, ENDLESS)
+    seconds = list(lifetime) if is_sequence(lifetime) else [lifetime] * n_worlds
     if len(seconds) != n_worlds:
         raise ValueError(f"lifetime: expected one or {n_worlds} numbers [s], got {len(seconds)}")
-    steps = [clock.steps_in(finite("lifetime", s, 0.0)) for s in seconds]
-    return torch.tensor(steps, dtype=torch.float64)
+    steps = [clock.steps_in(finite("lifetime", s, 0.0), "lifetime") for s in seconds]
+    return np.array(steps, dtype=np.float64)
 
 
 def terrain_list(
@@ -177,15 +235,15 @@ def pack_terrains(
         return 0, np.zeros((places, 2, 2))
     unique = {id(t): t for t in terrains}
     longest = max(len(t.xs) for t in unique.values())
-    profiles = {key: _padded(t, longest) for key, t in unique.items()}
+    profiles = {key: padded(t, longest) for key, t in unique.items()}
     packed = np.zeros((places, longest, 2))
     for world, terrain in enumerate(terrains):
         packed[world] = profiles[id(terrain)]
-    segments = max(_segments_within(t.xs, extent) for t in unique.values())
+    segments = max(segments_within(t.xs, extent) for t in unique.values())
     return segments, packed
 
 
-def _padded(terrain: Terrain, points: int) -> np.ndarray:
+def padded(terrain: Terrain, points: int) -> np.ndarray:
     """The profile, with points of no height (NaN) at its end that nothing meets."""
     extra = points - len(terrain.xs)
     xs = np.concatenate([terrain.xs, terrain.xs[-1] + _PAD_STEP * np.arange(1, extra + 1)])
@@ -193,7 +251,7 @@ def _padded(terrain: Terrain, points: int) -> np.ndarray:
     return np.stack([xs, ys], axis=1)
 
 
-def _segments_within(xs: np.ndarray, extent: float) -> int:
+def segments_within(xs: np.ndarray, extent: float) -> int:
     """The most segments that an interval of this width can meet: the one it starts in, those that
     start within it, and one more because a window starts with an even segment."""
     reached = np.searchsorted(xs, xs + (extent + _ROUNDING), side="right") - np.arange(len(xs))

@@ -29,14 +29,13 @@ class Observed:
     @property
     def time(self) -> float:
         """Simulated time since the last reset of all worlds [s]."""
-        return float(clock.times(self._steps)[-1]) if self._steps else 0.0
+        return clock.time_after(self._steps)
 
     @property
     def times(self) -> Tensor:
         """Age of every world [s], (N,) float64."""
         steps = self._state.worlds(self._state.header(lay.H_STEP)).long()
-        table = torch.from_numpy(clock.times(int(steps.max()) + 1)).to(self.device)
-        return torch.where(steps > 0, table[(steps - 1).clamp(min=0)], 0.0)
+        return torch.from_numpy(clock.times_after(steps.cpu().numpy())).to(self.device)
 
     def mass_poses(self) -> Tensor:
         """Poses of the squares, (N, V, 4, 3): x, y [m], angle [rad] in [-pi, pi]; corners NW, NE,
@@ -90,3 +89,7 @@ class Observed:
     def failed(self) -> Tensor:
         """Worlds that became non-finite and were stopped, (N,) bool."""
         return self._state.worlds(self._state.header(lay.H_FAILED)) > 0
+
+    def alive(self) -> Tensor:
+        """Whether the last step moved each world, (N,) bool: not failed, not at its end."""
+        return self._state.worlds(self._state.header(lay.H_ALIVE)) > 0

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import torch
 from torch import Tensor
 
 from physics import backend, checks
+from physics.batch import Batch
 from physics.engine import kernels
 from physics.engine.contacts import ground_detection
 from physics.engine.memory import layout as lay
@@ -17,24 +20,25 @@ from physics.engine.memory import model
 from physics.engine.memory import state as st
 from physics.engine.memory.grouping import Grouping, lanes_for
 from physics.engine.memory.model import Engine
-from physics.observations import Observed
+from physics.launcher import Launcher
 from physics.scene import clock, material
 from physics.scene.damage import Damage
 from physics.scene.morphology import Morphology
 from physics.scene.sensors import Apparatus
 from physics.scene.terrain import Terrain
 
-_FIRST_STEPS = 3700  # the table of sensor windows starts with one minute
 _STRETCH = 1.3  # of a robot's diagonal, at most
 
 
-class Simulator(Observed):
+class Simulator(Launcher):
     """N worlds with one robot each, stepped together.
 
     Every world has its own terrain, seed and lifetime, and its result does not depend on the
     other worlds of the batch, on the number of threads or on its place.
     """
 
+    @torch.inference_mode(False)  # what is made here must be changed outside, too
+    @torch.inference_mode(False)  # the state outlives the mode it may be made in
     def __init__(
         self,
         shape: str | Any,
@@ -50,6 +54,8 @@ class Simulator(Observed):
         damage: Damage | None = None,
         lifetime: float | Sequence[float] | None = None,
         engine: Engine | None = None,
+        friction: float | None = None,
+        control_interval: int = 1,
         threads: int | None = None,
         lanes: int | None = None,
     ) -> None:
@@ -70,6 +76,10 @@ class Simulator(Observed):
             damage: when and how voxels break.
             lifetime: [s], one for all or N of them; a world that reaches it stands still.
             engine: settings of the solver.
+            friction: coefficient between a square and the ground, as `Engine.friction`.
+            control_interval: engine steps of 1/60 s in a control step. `step`, `run` and
+                controllers in the kernel act once per control step; sensors sample, and voxels
+                break, at every engine step.
             threads: at most so many; None: all cores.
             lanes: worlds per vector; None: the fastest; 1 gives the scalar program, for checks.
 
@@ -88,53 +98,92 @@ class Simulator(Observed):
         self.damage = checks.instance("damage", damage, Damage)
         self._noise = checks.finite("noise", noise, 0.0)
         self._gravity = checks.finite("gravity", gravity)
-        self._engine = checks.instance("engine", engine, Engine) or Engine()
-        self._seeds = checks.world_seeds(seed, self.n_worlds)
-        self._lifetimes = checks.lifetimes_in_steps(lifetime, self.n_worlds)
-        self._terrains = checks.terrain_list(terrain, self.n_worlds)
+        self._engine = _engine(engine, friction)
+        self.control_interval = checks.positive_integer("control_interval", control_interval)
+        checks.require_memory("n_worlds", self.n_worlds, self._bytes_per_world())
+        seeds = checks.world_seeds(seed, self.n_worlds)
+        lifetimes = checks.lifetimes_in_steps(lifetime, self.n_worlds)
+        terrains = checks.terrain_list(terrain, self.n_worlds)
         if threads is not None:
-            checks.positive_integer("threads", threads)
+            threads = checks.positive_integer("threads", threads)
         device_type = self.device.type
         if lanes is None:
             lanes = lanes_for(self.n_worlds, dtype, threads, device_type)
-        self.lanes = checks.lanes(lanes, device_type)
+        self.lanes = lanes = checks.lanes(lanes, device_type)
         features = self._engine.features(self.morphology)
         self.program = backend.Program(dtype, lanes, lanes, features, device_type)
         kernels.play(self.program)  # refuses other dtypes
         self._grouping = Grouping.of(self.program, self.n_worlds, threads)
-        groups = self._grouping.whole.count
-        self._segments, profiles = checks.pack_terrains(
-            self._terrains, self._extent(), groups * lanes
+        self._batch = Batch(
+            self.morphology,
+            terrains,
+            self._extent(),
+            seeds,
+            lifetimes,
+            self.damage,
+            self._grouping.whole.count * lanes,
+            torch.empty(0, dtype=dtype, device=self.device),
         )
-        self._profiles = torch.from_numpy(profiles).to(self.device, dtype)
-        self._build(_FIRST_STEPS)
-        self._state = st.allocate(self._model.layout, self.n_worlds, lanes, dtype, self.device)
+        self._allocate()
         self.reset()
 
-    # --- life -----------------------------------------------------------------------------------
+    @property
+    def terrains(self) -> list[Terrain] | None:
+        """The terrain of each world, or None without ground."""
+        terrains = self._batch.terrains
+        return None if terrains is None else list(terrains)
 
-    def reset(self, worlds: Tensor | None = None) -> Tensor | None:
-        """Places robots at birth and senses.
+    # --- episodes -------------------------------------------------------------------------------
+
+    @torch.inference_mode(False)
+    def reset(
+        self,
+        worlds: Tensor | np.ndarray | None = None,
+        seeds: int | Sequence[int] | None = None,
+        terrains: Terrain | Sequence[Terrain] | None = None,
+    ) -> Tensor | None:
+        """Begins an episode in some or all worlds, and senses.
+
+        Without seeds, a world that has moved since it was last reset draws new noise and damage,
+        which follow from its seed and from the number of episodes it has ended.
 
         Args:
-            worlds: which ones, (N,) bool; None: all.
+            worlds: which ones, (N,) bool, a tensor or an array; None: all.
+            seeds: new ones for these worlds, one for each, whose first episode this is. For all
+                worlds, also one integer, as the argument `seed` of the simulator.
+            terrains: new ones for these worlds: one for each, or one for all of them.
 
         Returns:
             Readings of all worlds, (N, R), or None without sensors. Velocity and touch, being
             averages over steps, start at 0.5 and 0.
+
+        Raises:
+            ValueError: an argument is for other worlds, or there is no ground to replace; nothing
+                has changed then.
         """
-        poses = st.initial_poses(self.morphology, self._terrains, self.n_worlds)
-        newborn = st.newborn(self._state, torch.from_numpy(poses), self._seeds, self._lifetimes)
-        self._break(newborn)
-        if worlds is None:
-            self._state = newborn
+        chosen = checks.chosen_worlds("worlds", worlds, self.n_worlds)
+        if seeds is not None and not checks.is_sequence(seeds) and len(chosen) < self.n_worlds:
+            raise ValueError(
+                f"seeds: expected one for each of the {len(chosen)} worlds, got {seeds!r}"
+            )
+        fresh = None if seeds is None else checks.world_seeds(seeds, len(chosen))
+        grounds = checks.terrain_list(terrains, len(chosen))
+        if grounds is not None and self._batch.terrains is None:
+            raise ValueError("terrains: expected None in worlds without ground; drop it")
+        if len(chosen) == 0:
+            return self._given(self._last_readings())
+        if fresh is not None:
+            self._batch.set_seeds(chosen, fresh)
         else:
-            chosen = self._state.lanes_of(self._mask(worlds)) > 0
-            self._state.items.copy_(torch.where(chosen[:, None], newborn.items, self._state.items))
-        return self._look()
+            steps = self._state.header(lay.H_STEP).flatten()[torch.from_numpy(chosen)]
+            self._batch.count_episodes(chosen, (steps > 0).cpu().numpy())
+        if grounds is not None and self._batch.set_terrains(chosen, grounds):
+            self._widen()
+        self._begin(chosen)
+        return self._look(chosen)
 
     def step(self, actuation: Tensor) -> Tensor | None:
-        """One control step of 1/60 s under an actuation, then sensing.
+        """One control step under an actuation, then sensing.
 
         Args:
             actuation: (N, V), clipped to [-1, 1]; +1 contracts, -1 expands.
@@ -167,11 +216,20 @@ class Simulator(Observed):
         actions = actuations.detach().to(self.device, self.dtype).contiguous()
         if self.device.type == "cpu" and not bool(torch.isfinite(actions).all()):
             raise ValueError("actuation: expected finite numbers, got NaN or infinity")
-        self._reserve(len(actions))
+        steps = len(actions) * self.control_interval
+        self._reserve(steps)
         readings = self._readings()
-        self._play(actions, readings, 0, len(actions))
-        self._steps += len(actions)
+        self._play(actions, readings, 0, steps)
+        self._steps += steps
         return self._given(readings)
+
+    def control_steps(self, duration: float) -> int:
+        """Control steps of a rollout of so many seconds, the last one in full.
+
+        Raises:
+            ValueError: the duration is negative or not finite.
+        """
+        return -(-clock.steps_in(duration) // self.control_interval)
 
     def run_closed_loop(
         self, kernel: Callable[[backend.Program], backend.Kernel], brain: Tensor, steps: int
@@ -182,7 +240,7 @@ class Simulator(Observed):
             kernel: gives the kernel for a program; the same one whenever it is asked.
             brain: the controller's tensor, (groups, items, lanes), of this simulator's dtype,
                 changed in place; its memory in the order of kernels (`backend.unpacked`).
-            steps: how many.
+            steps: how many control steps.
 
         Raises:
             ValueError: a tensor for other worlds, of another type or in another order.
@@ -195,20 +253,17 @@ class Simulator(Observed):
                 f"brain: expected {self.dtype} in the order of backend.unpacked, got "
                 f"{brain.dtype} with strides {brain.stride()}"
             )
-        self._reserve(steps)
-        for part in self._grouping.parts_for(steps):
+        engine_steps = steps * self.control_interval
+        self._reserve(engine_steps)
+        for part in self._grouping.parts_for(engine_steps):
             tensors = *self.kernel_tensors(part.program), part.program.packed(brain)
             kernel(part.program)(*tensors, steps, part.first, part.count, part.chunks)
-        self._steps += steps
-
-    def kernel_tensors(self, program: backend.Program) -> tuple[Tensor, ...]:
-        """What every kernel takes first: state, lists, ground, and the model's two tables."""
-        lists = backend.packed(self._state.lists, self.lanes)
-        items = program.packed(self._state.items)
-        return items, lists, self._profiles, self._integers, self._numbers
+        self._steps += engine_steps
 
     # --- set-up and checks ----------------------------------------------------------------------
 
+    @torch.inference_mode(False)
+    @torch.no_grad()
     def set_poses(self, poses: Tensor, velocities: Tensor | None = None) -> Tensor | None:
         """Moves the squares by hand and senses; time stands still.
 
@@ -226,7 +281,7 @@ class Simulator(Observed):
         rates = torch.zeros_like(poses) if velocities is None else velocities
         checks.tensor("velocities", rates, **self._squares())
         st.set_poses(self._state, poses)
-        scale = torch.tensor([1.0, 1.0, lay.GYRATION], dtype=torch.float64)
+        scale = torch.tensor([1.0, 1.0, lay.GYRATION], dtype=torch.float64, device="cpu")
         lanes = self._state.lanes_of(rates.double().cpu() * scale)
         self._state.bodies()[:, :, :, lay.VX : lay.W + 1] = lanes
         st.forget_window(self._state)
@@ -256,73 +311,25 @@ class Simulator(Observed):
                 readings[k] = now
         return self._given(readings)
 
-    def _squares(self) -> dict[str, int]:
-        """Sizes of a table of squares."""
-        return {"worlds": self.n_worlds, "voxels": self.n_voxels, "squares": 4, "numbers": 3}
+    def _bytes_per_world(self) -> int:
+        """Least memory that a world takes, with what is copied when it is made [bytes]."""
+        items = self.n_voxels * lay.VOXEL_ITEMS
+        return 2 * items * (8 if self.dtype == torch.float64 else 4)
 
     def _extent(self) -> float:
         """Width of ground that a robot may need at once, whatever its posture [m]."""
         size = material.VOXEL_SIDE * math.hypot(self.morphology.width, self.morphology.height)
         return _STRETCH * size + 2 * (model.reach(self.apparatus) + ground_detection.MARGIN)
 
-    def _build(self, max_steps: int) -> None:
-        """Makes the model and its tables."""
-        self._model = model.build(
-            self.morphology,
-            self.apparatus,
-            self._engine,
-            self._gravity,
-            self._noise,
-            self._segments,
-            self._extent(),
-            self.damage.mode if self.damage else "rest",
-            max_steps,
-            self.lanes,
+
+def _engine(engine: Engine | None, friction: float | None) -> Engine:
+    """The settings of the solver, with the friction where it is given by itself."""
+    settings = checks.instance("engine", engine, Engine) or Engine()
+    if friction is None:
+        return settings
+    if settings.friction != Engine().friction:
+        raise ValueError(
+            f"friction: expected it once, got friction={friction!r} and "
+            f"engine.friction={settings.friction!r}; leave one of them out"
         )
-        self._integers = torch.from_numpy(self._model.integers).to(self.device)
-        self._numbers = torch.from_numpy(self._model.numbers).to(self.device, self.dtype)
-
-    def _reserve(self, steps: int) -> None:
-        """Makes the table of sensor windows long enough for ``steps`` more."""
-        if self._steps + steps > self._model.max_steps:
-            self._build(max(2 * self._model.max_steps, self._steps + steps))
-
-    def _break(self, state: st.State) -> None:
-        """Writes when each voxel breaks and mends, if there is damage."""
-        if self.damage is None:
-            return
-        broken = self.damage.broken(self._seeds.tolist(), self.n_voxels)
-        mask = state.lanes_of(torch.tensor(broken)) > 0
-        start = float(clock.steps_in(self.damage.time))
-        end = self.damage.until
-        stop = st.ENDLESS if math.isinf(end) else float(clock.steps_in(end))
-        view = state.voxels(lay.BREAKS, 2)
-        view[:, :, 0] = torch.where(mask, start, view[:, :, 0])
-        view[:, :, 1] = torch.where(mask, stop, view[:, :, 1])
-
-    def _look(self) -> Tensor | None:
-        """Contacts and readings of the present poses."""
-        self._steps = int(self._state.header(lay.H_STEP).max())
-        readings = self._readings()
-        self._play(readings.new_zeros(1, self.n_worlds, self.n_voxels), readings, -1, 0)
-        return self._given(readings)
-
-    def _play(self, actions: Tensor, readings: Tensor, begin: int, end: int) -> None:
-        """Runs the kernel for given actuations on all worlds."""
-        for part in self._grouping.parts_for(end - begin):
-            tensors = *self.kernel_tensors(part.program), actions, readings
-            kernel = kernels.play(part.program)
-            kernel(*tensors, begin, end, part.first, part.count, part.chunks)
-
-    def _readings(self) -> Tensor:
-        return torch.zeros(
-            self.n_worlds, max(1, self.n_readings), dtype=self.dtype, device=self.device
-        )
-
-    def _given(self, readings: Tensor) -> Tensor | None:
-        return readings if self.n_readings else None
-
-    def _mask(self, worlds: Tensor) -> Tensor:
-        if checks.tensor("worlds", worlds, worlds=self.n_worlds).dtype != torch.bool:
-            raise ValueError(f"worlds: expected a bool mask, got {worlds.dtype}")
-        return worlds
+    return replace(settings, friction=checks.finite("friction", friction, 0.0))

@@ -1,62 +1,36 @@
-"""Pictures of a run's champion: a strip of its gait, a GIF and an MP4.
+"""Pictures and films of a run's champion, alone or beside others.
 
-The champion lives again, as in the re-assessment on the terrain of the same seed, up to the end
-of the few seconds that are filmed.
+A page of stills with one cycle of its gait and the way it makes, an MP4, and a GIF of short films.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
-import torch
 from PIL import Image
-from torch import Tensor
 
-from experiments.analysis.measures import period_of
-from experiments.config import EvolveConfig, fresh_terrain
-from experiments.rollout import controller, seeds
-from experiments.rollout.episode import driver
-from experiments.rollout.evaluate import world
+from experiments.analysis.film_options import FilmOptions
+from experiments.analysis.spectrum import period_of
+from experiments.analysis.trajectory import Trajectory, record
 from experiments.runs.champions import Champions
-from physics import Apparatus, Terrain
-from physics.render import draw, movie
-from physics.scene.clock import steps_in
+from physics.render import draw, movie, palette
 from physics.scene.material import DT
 
-__all__ = ["Recording", "film_run", "record"]
+__all__ = ["chosen_run", "draw_gait", "film_run", "side_by_side", "write_films"]
 
-_START = 20.0  # of the film [s]: by then plastic robots have learned to walk (paper, Fig. 6)
-_GIF_STEPS, _MP4_STEPS = 3, 2  # control steps per picture: 20 and 30 pictures per second
-_GIF_WIDTH, _MP4_WIDTH = 600, 1280  # [pixels]
+_GIF_FPS, _GIF_WIDTH = 20.0, 600
+_GIF_LONGEST = 20.0  # [s] that a GIF is made of unasked
+_GIF_SAMPLES = 12  # pictures that its palette is taken from
 _STRIP_FRAMES = 8
 _JOURNEY_FRAMES = 6  # at most
 _USUAL_PERIOD = 2.0  # of a gait [s]: a worm's (Sec. IV-C)
+_LANDING = 1.0  # [s]: by then a robot has come down and set out
+_STANDING = 0.05, 0.01  # a robot stands below this speed [m/s] and this spread of its areas
 
-
-@dataclass(frozen=True)
-class Recording:
-    """A few seconds of a life.
-
-    Attributes:
-        title: what is shown.
-        terrain: the ground.
-        frames: the robot after each control step, at least two.
-    """
-
-    title: str
-    terrain: Terrain
-    frames: list[draw.Frame]
-
-    @property
-    def speed(self) -> float:
-        """Mean velocity along x over the recording [m/s]."""
-        first, last = self.frames[0], self.frames[-1]
-        way = last.poses[..., 0].mean() - first.poses[..., 0].mean()
-        return float(way) / (last.time - first.time)
+Progress = Callable[[int, int], None]
 
 
 def film_run(
@@ -68,18 +42,22 @@ def film_run(
     start: float | None = None,
     seconds: float = 8.0,
     mp4: bool = True,
+    options: FilmOptions | None = None,
+    progress: Progress | None = None,
 ) -> list[Path]:
-    """Film the champion of a run: gait.png, gait.gif and gait.mp4.
+    """Film the champion of a run: gait.png, gait.mp4 and, if it is short, gait.gif.
 
     Args:
         folder: of the run.
         run: which one, of several; by default the one with the fittest champion.
         out: folder for the files, created if need be; by default the run's.
-        seed: of terrain, sensor noise, damage and the weights at birth: the life is that of the
+        seed: of terrain, sensor noise, damage and initial weights: the episode is that of the
             re-assessment on terrain ``seed``.
         start: when the film begins [s]; by default after the robot has learned to walk.
-        seconds: length of the film [s], cut at the end of the life.
+        seconds: length of the film [s], cut at the end of the episode.
         mp4: whether to write the MP4 too, which takes the longest.
+        options: how it looks.
+        progress: called with pictures done and pictures in all.
 
     Returns:
         The files written.
@@ -88,159 +66,189 @@ def film_run(
         ValueError: the run cannot be read, an option is out of range, or the simulation of the
             champion fails before the film begins.
     """
+    options = options or FilmOptions()
+    options.validate()
     champions = Champions.load(folder)
+    run = chosen_run(champions, folder, run)
+    course = record(
+        champions.config, champions.genomes[run], seed=seed, start=start, seconds=seconds
+    )
+    origin = f"run {run}, generation {champions.config.generations}"
+    out = folder if out is None else out
+    out.mkdir(parents=True, exist_ok=True)
+    files = [out / f"gait.{suffix}" for suffix in options.stills]
+    page = draw_gait(course, origin, options)
+    for path in files:
+        movie.write_still(path, page)
+    return files + write_films({origin: course}, out / "gait", options, mp4, progress)
+
+
+def chosen_run(champions: Champions, folder: Path, run: int | None) -> int:
+    """The run asked for, or that of the fittest champion.
+
+    Raises:
+        ValueError: there is no such run.
+    """
     n_runs = len(champions.genomes)
     run = champions.best_run if run is None else run
     if not 0 <= run < n_runs:
         raise ValueError(f"run: expected 0 to {n_runs - 1}, the runs of {folder}, got {run}")
-    recording = record(
-        champions.config, champions.genomes[run], seed=seed, start=start, seconds=seconds
-    )
-    out = folder if out is None else out
-    out.mkdir(parents=True, exist_ok=True)
-    movie.write_png(out / "gait.png", draw_gait(recording))
-    movie.write_gif(out / "gait.gif", _film(recording, _GIF_WIDTH, _GIF_STEPS), _rate(_GIF_STEPS))
-    files = [out / "gait.png", out / "gait.gif"]
+    return run
+
+
+def write_films(
+    courses: Mapping[str, Trajectory],
+    stem: Path,
+    options: FilmOptions,
+    mp4: bool = True,
+    progress: Progress | None = None,
+) -> list[Path]:
+    """Write stem.mp4 and stem.gif.
+
+    Args:
+        courses: what is shown, each under its name; several are shown side by side.
+        stem: path of the files without their suffix.
+        options: how they look.
+        mp4: whether to write the MP4.
+        progress: called with pictures done and pictures in all.
+
+    Returns:
+        The files written.
+    """
+    length = max(float(course.times[-1] - course.times[0]) for course in courses.values())
+    gif = options.gif == "yes" or (options.gif == "auto" and length <= _GIF_LONGEST)
+    n_mp4 = len(_instants(courses, options.fps)) if mp4 else 0
+    n_gif = len(_instants(courses, _GIF_FPS)) if gif else 0
+    files, done = [], 0
+
+    def told(images: Iterator[Image.Image]) -> Iterator[Image.Image]:
+        nonlocal done
+        for image in images:
+            yield image
+            done += 1
+            if progress is not None:
+                progress(done, n_mp4 + n_gif)
+
+    if gif:
+        path = stem.with_suffix(".gif")
+        film = side_by_side(courses, _GIF_WIDTH, _GIF_FPS, options)
+        samples = list(side_by_side(courses, _GIF_WIDTH, _GIF_FPS, options, _GIF_SAMPLES))
+        movie.write_gif(path, told(film), _GIF_FPS, samples)
+        files.append(path)
     if mp4:
-        movie.write_mp4(
-            out / "gait.mp4", _film(recording, _MP4_WIDTH, _MP4_STEPS), _rate(_MP4_STEPS)
-        )
-        files.append(out / "gait.mp4")
+        path = stem.with_suffix(".mp4")
+        film = side_by_side(courses, options.width, options.fps, options)
+        movie.write_mp4(path, told(film), options.fps)
+        files.append(path)
     return files
 
 
-def record(
-    config: EvolveConfig,
-    genome: Tensor,
-    *,
-    seed: int = 0,
-    start: float | None = None,
-    seconds: float = 8.0,
-) -> Recording:
-    """Let one individual live and record some seconds of it.
+def side_by_side(
+    courses: Mapping[str, Trajectory],
+    width: int,
+    fps: float,
+    options: FilmOptions,
+    at_most: int | None = None,
+) -> Iterator[Image.Image]:
+    """The pictures of a film, drawn one by one, of one robot or of several at the same times.
 
     Args:
-        config: the conditions of the life.
-        genome: shape (G,).
-        seed: as in :func:`film_run`.
-        start: as in :func:`film_run`.
-        seconds: as in :func:`film_run`.
-
-    Raises:
-        ValueError: as in :func:`film_run`.
+        courses: of the robots, each under its name; they may differ in length.
+        width: of the picture [pixels].
+        fps: pictures per second.
+        options: how it looks.
+        at_most: so many pictures, spread over the film, instead of all.
     """
-    first, last = _window(config.duration, start, seconds)
-    config = replace(config, threads=1)  # one robot gains nothing from more
-    terrain = Terrain.from_name(fresh_terrain(config.terrain, seed))
-    sim = world(config, [terrain], [seeds.derive(0, "unseen", seed)])
-    network = controller.build(config, 1)
-    network.set_genomes(genome[None])
-    state = controller.birth(network, config.init, [seeds.derive(0, "unseen-init", seed)])
-    frames: list[draw.Frame] = []
-    with torch.inference_mode():
-        drive = driver(sim, network, state, config.loop)
-        sim.reset()
-        drive.run(sim, first - 1)
-        for _ in range(first, last + 1):
-            drive.run(sim, 1)
-            if sim.failed()[0]:
-                break
-            poses = sim.mass_poses()[0].double().cpu().numpy()
-            readings = sim.readings()[0].double().cpu().numpy()
-            rays = lidar_rays(poses, readings, sim.apparatus)
-            frames.append(draw.Frame(poses, sim.time, rays=rays))
-    if len(frames) < 2:
-        raise ValueError(
-            f"start: expected a time before the simulation of this robot fails, got "
-            f"{first * DT:.1f} s; choose an earlier one, or another seed"
+    columns = min(len(courses), 2)
+    each_width = width // columns // 2 * 2
+    instants = _instants(courses, fps)
+    if at_most is not None and len(instants) > at_most:
+        instants = instants[np.linspace(0, len(instants) - 1, at_most).round().astype(int)]
+    films: list[Iterator[Image.Image]] = []
+    for name, course in courses.items():
+        places = np.searchsorted(course.times, instants - DT / 2).clip(max=len(course.times) - 1)
+        frames = course.frames(places, by_area=options.color == "area")
+        caption = f"{course.title}\n{name}, {course.speed:.2f} m/s"
+        films.append(
+            draw.draw_film(
+                frames,
+                course.terrain,
+                width=each_width,
+                caption=caption,
+                scale=palette.SCALES[options.palette],
+                legend=not films,
+            )
         )
-    title = f"{config.shape}, {config.sensors} sensors, {config.controller}, {terrain.name}"
-    return Recording(title, terrain, frames)
+    for images in zip(*films, strict=True):
+        yield images[0] if len(images) == 1 else draw.beside(images, columns)
 
 
-def lidar_rays(poses: np.ndarray, readings: np.ndarray, apparatus: Apparatus) -> np.ndarray | None:
-    """What a robot sees: its lidars' rays, as long as they read.
+def draw_gait(course: Trajectory, origin: str, options: FilmOptions | None = None) -> draw.Picture:
+    """One page: a cycle of the gait, and the way made during the recording.
 
     Args:
-        poses: of the squares, shape (V, 4, 3).
-        readings: shape (R,).
-        apparatus: of the robot.
-
-    Returns:
-        Start and end of each ray [m], shape (K, 2, 2); None without lidar.
+        course: a recording of at least a cycle, at every control step.
+        origin: where the individual comes from, such as "run 0, generation 60".
+        options: how it looks.
     """
-    rays, reading = [], 0
-    for squares, sensors in zip(poses, apparatus.sensors, strict=True):
-        for sensor in sensors:
-            if sensor.kind == "lidar":
-                center = squares[:, :2].mean(axis=0)
-                lengths = sensor.range * readings[reading : reading + sensor.n_readings]
-                angles = _voxel_angle(squares) + np.radians(sensor.angles)
-                directions = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-                ends = center + lengths[:, None] * directions
-                rays += [(center, end) for end in ends]
-            reading += sensor.n_readings
-    return np.array(rays) if rays else None
-
-
-def draw_gait(recording: Recording) -> Image.Image:
-    """One page: a cycle of the gait, and the way made during the recording."""
-    frames = recording.frames
-    period = period_of(np.stack([frame.levels for frame in frames]))
-    cycle = "one cycle of the gait" if period else "the gait"
-    steps = min((period or _USUAL_PERIOD) / DT, len(frames) - 1)
-    chosen = np.linspace(0, steps, _STRIP_FRAMES, endpoint=False).round().astype(int)
-    length = frames[-1].time - frames[0].time
+    options = options or FilmOptions()
+    by_area, scale = options.color == "area", palette.SCALES[options.palette]
+    heading = f"{course.title}, {origin}"
+    if _stands(course):
+        return draw.stack(
+            {
+                f"{heading}: it stands, {course.speed:.2f} m/s": draw.draw_overlay(
+                    course.frames(slice(-1, None), by_area=by_area), course.terrain, scale=scale
+                )
+            },
+            scale,
+        )
+    cycle, name = _cycle(course)
+    length = course.times[-1] - course.times[0]
     return draw.stack(
         {
-            f"{recording.title}: {cycle}, {steps * DT:.2f} s": draw.draw_strip(
-                [frames[i] for i in chosen], recording.terrain
+            f"{heading}: {name}": draw.draw_strip(
+                course.frames(cycle, by_area=by_area), course.terrain, scale=scale
             ),
-            f"the way in {length:.1f} s, {recording.speed:.2f} m/s": draw.draw_overlay(
-                _journey(frames), recording.terrain
+            f"the way in {length:.1f} s, {course.speed:.2f} m/s": draw.draw_overlay(
+                course.frames(_journey(course), by_area=by_area), course.terrain, scale=scale
             ),
-        }
+        },
+        scale,
     )
 
 
-def _journey(frames: list[draw.Frame]) -> list[draw.Frame]:
-    """The first and the last frame, and as many between as fit without overlap."""
-    bounds = np.stack([frame.bounds for frame in (frames[0], frames[-1])])
+def _instants(courses: Mapping[str, Trajectory], fps: float) -> np.ndarray:
+    """Times of the pictures of a film [s]."""
+    first = min(course.times[0] for course in courses.values())
+    last = max(course.times[-1] for course in courses.values())
+    return first + np.arange(math.floor((last - first) * fps + 1e-6) + 1) / fps
+
+
+def _stands(course: Trajectory) -> bool:
+    """Whether the robot neither moves on nor changes its shape."""
+    speed, spread = _STANDING
+    after = course.areas[course.times >= min(_LANDING, course.times[-1] / 2)]
+    return abs(course.speed) < speed and float(after.std(axis=0).max()) < spread
+
+
+def _cycle(course: Trajectory) -> tuple[np.ndarray, str]:
+    """Instants of one cycle of the gait, after the landing where the recording is long enough,
+    and what to call them."""
+    times = course.times
+    period = period_of(course.areas, float(np.diff(times).mean()))
+    length = min(period or _USUAL_PERIOD, times[-1] - times[0])
+    begin = times[0] if times[-1] - _LANDING < length else max(times[0], _LANDING)
+    wanted = begin + np.linspace(0, length, _STRIP_FRAMES, endpoint=False)
+    chosen = np.unique(np.searchsorted(times, wanted - DT / 2).clip(max=len(times) - 1))
+    return chosen, f"{'one cycle of the gait' if period else 'the gait'}, {length:.2f} s"
+
+
+def _journey(course: Trajectory) -> np.ndarray:
+    """The first and the last instant, and as many between as fit without overlap."""
+    ends = course.frames(np.array([0, len(course.times) - 1]))
+    bounds = np.stack([frame.bounds for frame in ends])
     way = abs(bounds[1, :, 0].mean() - bounds[0, :, 0].mean())
     width = (bounds[:, 1, 0] - bounds[:, 0, 0]).max()
     n = int(np.clip(1 + way // (1.1 * width), 2, _JOURNEY_FRAMES))
-    chosen = np.linspace(0, len(frames) - 1, n).round().astype(int)
-    return [frames[i] for i in chosen]
-
-
-def _film(recording: Recording, width: int, steps: int) -> Iterator[Image.Image]:
-    caption = f"{recording.title}, {recording.speed:.2f} m/s"
-    return draw.draw_film(
-        recording.frames[::steps], recording.terrain, width=width, caption=caption
-    )
-
-
-def _rate(steps: int) -> float:
-    """Pictures per second when one is drawn every so many control steps."""
-    return round(1 / (steps * DT), 9)
-
-
-def _window(duration: float, start: float | None, seconds: float) -> tuple[int, int]:
-    """First and last control step to record, from 1."""
-    if not seconds > 0:
-        raise ValueError(f"seconds: expected a number > 0, got {seconds}")
-    if start is None:
-        start = max(0.0, min(_START, duration - seconds))
-    if not 0 <= start < duration:
-        raise ValueError(f"start: expected a time within the life of {duration} s, got {start}")
-    end = min(duration, start + seconds)
-    first = max(1, round(start / DT))
-    return first, max(steps_in(end), first + 1)
-
-
-def _voxel_angle(squares: np.ndarray) -> float:
-    """Mean direction of the upper and the lower side of a voxel with squares (4, 3) [rad]."""
-    nw, ne, se, sw = squares[:, :2]
-    upper, lower = ne - nw, se - sw
-    x, y = upper / np.linalg.norm(upper) + lower / np.linalg.norm(lower)
-    return math.atan2(y, x)
+    return np.linspace(0, len(course.times) - 1, n).round().astype(int)

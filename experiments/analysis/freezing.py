@@ -9,25 +9,25 @@ back.
 from __future__ import annotations
 
 import io
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import torch
 from torch import Tensor
 
 import hebbtorch
-from experiments.analysis.unseen import variant, writable
+from experiments.analysis.unseen import speeds_on
 from experiments.config import EvolveConfig
+from experiments.files.atomic import write_atomically
 from experiments.files.csvfile import write_csv
+from experiments.files.outputs import require_writable
 from experiments.rollout import controller, seeds
-from experiments.rollout.episode import driver, live
-from experiments.rollout.evaluate import world
-from experiments.rollout.scenarios import Grounds
+from experiments.rollout.episode import Episode, simulator, start_episode
+from experiments.rollout.scenarios import Scenarios
 from experiments.runs.champions import Champions
-from experiments.runs.folder import write_atomically
-from physics.scene.clock import steps_in
+from experiments.runs.names import FREEZING_TERRAINS, freezing_file
 
-__all__ = ["Freezing", "act", "freeze", "learn", "plastic_champions", "report", "school_and_exam"]
+__all__ = ["Freezing", "act", "freeze", "learn", "plastic_champions", "report", "training_and_test"]
 
 Weights = tuple[Tensor, ...]  # one (..., out, in) per layer
 
@@ -97,7 +97,7 @@ class Freezing:
         return out
 
 
-def freeze(champions: Champions, n_terrains: int = 3, seed: int = 0) -> Freezing:
+def freeze(champions: Champions, n_terrains: int = FREEZING_TERRAINS, seed: int = 0) -> Freezing:
     """Freeze champions at every whole second of a life, and let them live on.
 
     Args:
@@ -110,15 +110,15 @@ def freeze(champions: Champions, n_terrains: int = 3, seed: int = 0) -> Freezing
         ValueError: n_terrains is not a number of unseen terrains.
     """
     config = champions.config
-    school, exam = school_and_exam(config, n_terrains, seed)
-    snapshots = learn(config, champions.genomes, range(int(config.duration) + 1), school)
-    speeds = act(config, snapshots, exam)
-    bound = "" if config.normalize == "none" else f", normalized ({config.normalize})"
+    training, test = training_and_test(config, n_terrains, seed)
+    snapshots = learn(config, champions.genomes, range(int(config.duration) + 1), training)
+    speeds = act(config, snapshots, test)
+    bound = "" if config.normalize is None else f", normalized ({config.normalize})"
     title = (
         f"{config.shape}, {config.sensors} sensors, damage {config.damage}{bound}, "
         f"{len(champions.genomes)} run(s)"
     )
-    return Freezing(title, exam.names, speeds.transpose(0, 1))
+    return Freezing(title, test.names, speeds.transpose(0, 1))
 
 
 def report(folder: Path, n_terrains: int, seed: int, out: Path | None) -> None:
@@ -135,8 +135,8 @@ def report(folder: Path, n_terrains: int, seed: int, out: Path | None) -> None:
         ValueError: an option is wrong, the run cannot be read or is of a static controller;
             nothing was written then.
     """
-    writable(out)
-    out = out or folder / f"freeze{variant(n_terrains, 3, seed)}.csv"
+    require_writable(out)
+    out = out or folder / freezing_file(n_terrains, seed)
     if out.suffix == ".png":
         raise ValueError(f"out: expected a CSV file, got the name of a picture, {str(out)!r}")
     picture = out.with_suffix(".png")
@@ -170,7 +170,9 @@ def plastic_champions(folder: Path) -> Champions:
     return champions
 
 
-def school_and_exam(config: EvolveConfig, n_terrains: int, seed: int) -> tuple[Grounds, Grounds]:
+def training_and_test(
+    config: EvolveConfig, n_terrains: int, seed: int
+) -> tuple[Scenarios, Scenarios]:
     """Where champions learn, and the other unseen terrains on which their weights are judged.
 
     Args:
@@ -186,14 +188,14 @@ def school_and_exam(config: EvolveConfig, n_terrains: int, seed: int) -> tuple[G
         raise ValueError(f"terrains: expected an integer >= 1, got {n_terrains!r}")
     first, *others = seeds.unseen_terrain_seeds(1 + n_terrains)
     return (
-        Grounds.unseen(config.terrain, [first], seed),
-        Grounds.unseen(config.terrain, others, seed),
+        Scenarios.unseen(config.terrain, [first], seed),
+        Scenarios.unseen(config.terrain, others, seed),
     )
 
 
 @torch.no_grad()
 def learn(
-    config: EvolveConfig, genomes: Tensor, seconds: range | list[float], school: Grounds
+    config: EvolveConfig, genomes: Tensor, seconds: range | list[float], training: Scenarios
 ) -> Weights:
     """Weights of individuals at several times of one life.
 
@@ -201,54 +203,48 @@ def learn(
         config: of their evolution.
         genomes: shape (K, G).
         seconds: B times, ascending [s]; 0 is birth.
-        school: the one ground on which all of them live.
+        training: the one scenario that all of them meet.
 
     Returns:
         Per layer, shape (B, K, out, in).
     """
-    n = len(genomes)
-    grounds = school * n
-    networks = controller.build(config, n)
-    networks.set_genomes(genomes)
-    sim = world(config, grounds.terrains(), grounds.worlds)
-    state = controller.birth(networks, config.init, grounds.births)
-    drive = driver(sim, networks, state, config.loop)
-    sim.reset()
-    snapshots, done = [], 0
+    episode = start_episode(config, genomes, training * len(genomes))
+    snapshots = []
     for second in seconds:
-        drive.run(sim, steps_in(second) - done)
-        done = steps_in(second)
-        snapshots.append(drive.state().weights)
+        episode.run_until(second)
+        snapshots.append(episode.state().weights)
     return tuple(torch.stack(layer) for layer in zip(*snapshots, strict=True))
 
 
-def act(config: EvolveConfig, weights: Weights, exam: Grounds) -> Tensor:
+def act(config: EvolveConfig, weights: Weights, test: Scenarios) -> Tensor:
     """Speeds of networks whose weights stay as they are.
 
     Args:
         config: of the evolution of the individuals.
         weights: per layer, shape (B, K, out, in).
-        exam: S grounds, the same for all.
+        test: S scenarios, the same for all.
 
     Returns:
         Speeds [m/s], shape (B, K, S), float64, NaN where the life failed.
     """
-    shape = (*weights[0].shape[:-2], len(exam))
-    # Without plasticity, a plastic network is a static one with the same weights.
-    synapses = torch.cat([layer.flatten(-2) for layer in weights], -1).flatten(0, -2)
-    sizes = [weights[0].shape[-1], *(layer.shape[-2] for layer in weights)]
-    speeds = [
-        _speeds(config, sizes, part, exam)
-        for part in synapses.split(max(1, _MOST_WORLDS // len(exam)))
-    ]
-    return torch.cat(speeds).reshape(shape)
+    shape = (*weights[0].shape[:-2], len(test))
+    individuals = tuple(layer.flatten(0, -3) for layer in weights)
+    parts = zip(
+        *(layer.split(max(1, _MOST_WORLDS // len(test))) for layer in individuals), strict=True
+    )
+    return torch.cat([_speeds(config, part, test) for part in parts]).reshape(shape)
 
 
-def _speeds(config: EvolveConfig, sizes: list[int], synapses: Tensor, exam: Grounds) -> Tensor:
-    """Speeds of static networks, (N * S,), from their synapses, (N, synapses)."""
-    networks = hebbtorch.StaticMLP(sizes, population=(len(synapses) * len(exam),))
-    networks = networks.to(config.device)
-    networks.set_genomes(synapses.repeat_interleave(len(exam), 0))
-    grounds = exam * len(synapses)
-    sim = world(config, grounds.terrains(), grounds.worlds)
-    return live(sim, networks, config.duration, loop=config.loop).speed.cpu()
+def _speeds(config: EvolveConfig, weights: Weights, test: Scenarios) -> Tensor:
+    """Speeds of networks with fixed weights, (N, out, in) per layer; shape (N * S,)."""
+    if not config.constant_last_input:
+        # Without plasticity, a plastic network is a static one with the same weights.
+        static = replace(config, controller="mlp")
+        return speeds_on(static, torch.cat([w.flatten(1) for w in weights], -1), test).flatten()
+    n = len(weights[0]) * len(test)
+    network = controller.build(config, n)
+    state = hebbtorch.State(tuple(w.repeat_interleave(len(test), 0) for w in weights))
+    sim = simulator(config, test * len(weights[0]))
+    episode = Episode(sim, network, config.duration, state=state, loop=config.loop)
+    episode.freeze()
+    return episode.finish().speed.cpu()

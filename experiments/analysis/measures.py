@@ -6,13 +6,13 @@ import math
 
 import numpy as np
 
+from experiments.analysis import spectrum
 from physics.scene.material import DT
 
 __all__ = [
     "DIVERGED",
     "activation_measures",
-    "period_of",
-    "regularity_of",
+    "gait_measures",
     "term_shares",
     "weight_measures",
 ]
@@ -20,8 +20,7 @@ __all__ = [
 _SATURATED = 0.9  # an activation beyond it, of at most 1, counts as saturated
 DIVERGED = 10.0  # a weight so many times the median one has diverged
 _SWITCHING = 0.05  # least share of time at either end of a neuron that switches between them
-_LEAST_PERIOD = 0.15  # of a gait [s]
-_PERIODIC = 0.3  # least autocorrelation of what repeats itself
+_VIBRATION = 4.0  # [Hz]; the springs' own frequency is about 8 Hz, gaits of the paper 0.5 to 0.7
 
 
 def weight_measures(weights: np.ndarray) -> dict[str, float | None]:
@@ -46,18 +45,19 @@ def weight_measures(weights: np.ndarray) -> dict[str, float | None]:
     }
 
 
-def activation_measures(activations: np.ndarray) -> dict[str, float | None]:
+def activation_measures(activations: np.ndarray, step: float = DT) -> dict[str, float | None]:
     """How saturated, how busy and how regular the neurons of a layer are.
 
     Args:
         activations: shape (T, neurons), one row per control step.
+        step: length of a control step [s].
 
     Returns:
         low, high: shares of the activations below -0.9 and above 0.9; saturated: their sum;
         middle: share within +-0.1, next to none if the layer is bimodal; switching: share of the
         neurons that are at either end at least 5 % of the time each (one that stays at one end
         tells the body nothing); changes: of sign, per neuron and second; period and regularity:
-        see `period_of` and `regularity_of`.
+        see `spectrum`.
     """
     low, high = activations < -_SATURATED, activations > _SATURATED
     switching = (low.mean(axis=0) >= _SWITCHING) & (high.mean(axis=0) >= _SWITCHING)
@@ -68,33 +68,29 @@ def activation_measures(activations: np.ndarray) -> dict[str, float | None]:
         "saturated": float((low | high).mean()),
         "middle": float((np.abs(activations) < 1 - _SATURATED).mean()),
         "switching": float(switching.mean()),
-        "changes": float(changes.mean()) / DT if len(changes) else None,
-        "period": period_of(activations),
-        "regularity": regularity_of(activations),
+        "changes": float(changes.mean()) / step if len(changes) else None,
+        "period": spectrum.period_of(activations, step),
+        "regularity": spectrum.regularity_of(activations),
     }
 
 
-def period_of(signals: np.ndarray) -> float | None:
-    """Period of a gait [s]: the first lag at which the voxels' states, or other signals, correlate
-    about as well with themselves as at any other; None if they do not repeat themselves.
+def gait_measures(areas: np.ndarray, step: float = DT) -> dict[str, float | None]:
+    """How a body moves.
 
     Args:
-        signals: shape (T, n), one row per control step; a period of up to T/2 is found.
+        areas: of the voxels over those at rest, shape (T, V), one row per control step.
+        step: length of a control step [s].
+
+    Returns:
+        gait_period [s], gait_frequency [Hz] and gait_regularity: see `spectrum`; vibration: the
+        share of the areas' variance above 4 Hz.
     """
-    peaks, heights = _peaks(signals)
-    if not len(peaks) or heights.max() < _PERIODIC:
-        return None
-    return float(peaks[np.argmax(heights >= 0.9 * heights.max())]) * DT
-
-
-def regularity_of(signals: np.ndarray) -> float | None:
-    """How well signals repeat themselves: the highest peak of their autocorrelation, at most 1.
-
-    Args:
-        signals: as in `period_of`, which takes 0.3 and more for periodic. None without any peak.
-    """
-    _, heights = _peaks(signals)
-    return float(heights.max()) if len(heights) else None
+    return {
+        "gait_period": spectrum.period_of(areas, step),
+        "gait_frequency": spectrum.frequency_of(areas, step),
+        "gait_regularity": spectrum.regularity_of(areas),
+        "vibration": spectrum.power_above(areas, _VIBRATION, step),
+    }
 
 
 def term_shares(sizes: np.ndarray) -> dict[str, float | None]:
@@ -117,22 +113,3 @@ def _excess_kurtosis(values: np.ndarray) -> float | None:
     squares = (values - values.mean()) ** 2
     variance = float(squares.mean())
     return float((squares**2).mean()) / variance**2 - 3 if variance > 0 else None
-
-
-def _peaks(signals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lags [control steps] at which the autocorrelation has a peak, and its heights there."""
-    deviations = signals.astype(np.float64)
-    deviations = deviations - deviations.mean(axis=0)
-    power = float((deviations**2).mean())
-    if not (math.isfinite(power) and power > 0):
-        return np.array([], dtype=int), np.array([])
-    correlations = np.array(
-        [
-            (deviations[lag:] * deviations[:-lag]).mean() / power
-            for lag in range(1, len(signals) // 2)
-        ]
-    )
-    lags = np.arange(2, len(correlations))  # a peak needs a neighbour on either side
-    here, before, after = (correlations[lags - 1 + shift] for shift in (0, -1, 1))
-    peaks = lags[(here > before) & (here >= after) & (lags * DT >= _LEAST_PERIOD)]
-    return peaks, correlations[peaks - 1]

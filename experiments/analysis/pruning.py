@@ -14,10 +14,11 @@ from pathlib import Path
 import torch
 from torch import Tensor
 
-from experiments.analysis.freezing import Weights, act, learn, school_and_exam
+from experiments.analysis.freezing import Weights, act, learn, training_and_test
 from experiments.files.csvfile import write_csv
 from experiments.rollout import seeds
 from experiments.runs.champions import Champions
+from experiments.runs.names import FREEZING_TERRAINS
 
 __all__ = ["FRACTIONS", "KINDS", "Pruning", "order", "prune", "pruned"]
 
@@ -50,7 +51,7 @@ class Pruning:
         return write_csv(out, ("run", "which", "fraction", "terrain", "speed"), rows)
 
 
-def prune(champions: Champions, n_terrains: int = 3, seed: int = 0) -> Pruning:
+def prune(champions: Champions, n_terrains: int = FREEZING_TERRAINS, seed: int = 0) -> Pruning:
     """Prune the weights that champions have at the end of a life, and let them live on.
 
     Args:
@@ -63,9 +64,9 @@ def prune(champions: Champions, n_terrains: int = 3, seed: int = 0) -> Pruning:
         ValueError: n_terrains is not a number of unseen terrains.
     """
     config = champions.config
-    school, exam = school_and_exam(config, n_terrains, seed)
+    training, test = training_and_test(config, n_terrains, seed)
     learned = tuple(
-        layer[0] for layer in learn(config, champions.genomes, [config.duration], school)
+        layer[0] for layer in learn(config, champions.genomes, [config.duration], training)
     )
     all_pruned = [
         pruned(learned, first, fraction)
@@ -73,8 +74,8 @@ def prune(champions: Champions, n_terrains: int = 3, seed: int = 0) -> Pruning:
         for fraction in FRACTIONS
     ]
     weights = tuple(torch.stack(layer) for layer in zip(*all_pruned, strict=True))
-    speeds = act(config, weights, exam).unflatten(0, (len(KINDS), len(FRACTIONS)))
-    return Pruning(exam.names, speeds.movedim(2, 0))
+    speeds = act(config, weights, test).unflatten(0, (len(KINDS), len(FRACTIONS)))
+    return Pruning(test.names, speeds.movedim(2, 0))
 
 
 def order(weights: Weights, kind: str, seed: int = 0) -> Tensor:

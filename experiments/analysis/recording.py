@@ -12,7 +12,7 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,24 +22,30 @@ from torch import Tensor
 
 import hebbtorch
 from experiments.analysis import measures
-from experiments.analysis.freezing import plastic_champions, school_and_exam
+from experiments.analysis.freezing import plastic_champions, training_and_test
 from experiments.analysis.term_sizes import TermSizes
 from experiments.config import EvolveConfig
-from experiments.rollout import controller, fused
-from experiments.rollout.evaluate import world
-from experiments.rollout.scenarios import Grounds
-from experiments.runs.champions import Champions
-from experiments.runs.folder import write_atomically
-from experiments.runs.tensorboard import Tracker
+from experiments.files.atomic import write_atomically
+from experiments.rollout import fused
+from experiments.rollout.episode import start_episode
+from experiments.rollout.scenarios import Scenarios
+from experiments.runs.names import RANDOM_GENOMES, RECORDING, RECORDING_MEASURES
 from physics import Simulator
-from physics.scene.clock import steps_in
+from physics.scene.material import DT
 
-__all__ = ["Recording", "describe", "observe", "show", "times_of", "write"]
+__all__ = [
+    "Recording",
+    "describe",
+    "observe",
+    "times_of",
+    "write",
+    "write_random",
+]
 
 LAYERS = ("hidden", "output")
 _TIMES = (1 / 60, 1 / 4, 1.0)  # of a life: 1, 15 and 60 s of the paper's
 _LAST = 10.0  # [s] that are kept step by step
-_SECOND = 60  # control steps: over so many the changes of weights are averaged
+_AVERAGED = 1.0  # [s] over which the changes of weights are averaged
 _BINS = 40  # of the histograms of activations, from -1 to 1
 
 
@@ -58,6 +64,7 @@ class Recording:
         way: of the robot's centre [m], shape (K, T, 2), float32.
         terms: summed sizes of the terms A, B, C, D of all changes of weights in the second that
             ends at each of the times, shape (K, times, 4), float64.
+        step: length of a control step [s].
     """
 
     times: list[float]
@@ -68,6 +75,7 @@ class Recording:
     touching: np.ndarray
     way: np.ndarray
     terms: np.ndarray
+    step: float = DT
 
     def synapses(self, run: int, k: int) -> np.ndarray:
         """All weights of one champion at the k-th of the times, shape (n,)."""
@@ -84,6 +92,7 @@ class Recording:
             "touching": self.touching,
             "way": self.way,
             "terms": self.terms,
+            "step": np.array(self.step),
         }
         arrays |= {f"weights_{k}": layer for k, layer in enumerate(self.weights)}
         arrays |= {
@@ -115,69 +124,82 @@ def write(folder: Path, seed: int = 0) -> Path:
     """
     champions = plastic_champions(folder)
     config = champions.config
-    school, _ = school_and_exam(config, 1, seed)
-    recording = observe(config, champions.genomes, school)
+    training, _ = training_and_test(config, 1, seed)
+    recording = observe(config, champions.genomes, training)
+    write_atomically(folder / RECORDING, recording.to_npz())
+    return _write_summary(folder / RECORDING_MEASURES, config, training, recording)
+
+
+def write_random(folder: Path, seed: int = 0) -> Path:
+    """Observe random individuals where the champions of a run were observed: what no evolution
+    brought about shows in them as well.
+
+    They are the first population of the run's evolution (of its first run, if it has several).
+
+    Args:
+        folder: of the run.
+        seed: decides noise, damage and the weights at birth.
+
+    Returns:
+        The file random_genomes.json, like inner_life.json.
+
+    Raises:
+        ValueError: the run cannot be read, or its controllers are static.
+    """
+    champions = plastic_champions(folder)
+    config = champions.config
+    training, _ = training_and_test(config, 1, seed)
+    strategy = hebbtorch.EvolutionStrategy(
+        champions.genomes.shape[1], population=config.population, seed=config.seed
+    )
+    recording = observe(config, strategy.ask(), training)
+    return _write_summary(folder / RANDOM_GENOMES, config, training, recording)
+
+
+def _write_summary(
+    path: Path, config: EvolveConfig, training: Scenarios, recording: Recording
+) -> Path:
     summary = {
-        "terrain": school.names[0],
+        "terrain": training.names[0],
         "damage": config.damage,
         "duration": config.duration,
         "runs": describe(recording),
     }
-    write_atomically(folder / "inner_life.npz", recording.to_npz())
-    path = folder / "inner_life.json"
     write_atomically(path, (json.dumps(summary, indent=1, allow_nan=False) + "\n").encode())
     return path
 
 
-def show(champions: Champions, tracker: Tracker) -> None:
-    """Show in TensorBoard how plastic champions' weights change in the life that `write` records.
-
-    Args:
-        champions: of an evolution.
-        tracker: of the same.
-    """
-    school, _ = school_and_exam(champions.config, 1, seed=0)
-    recording = observe(champions.config, champions.genomes, school)
-    for run in range(len(champions.genomes)):
-        for k, time in enumerate(recording.times):
-            shares = measures.term_shares(recording.terms[run, k])
-            tracker.show_weights(run, time, recording.synapses(run, k), shares)
-
-
 @torch.no_grad()
-def observe(config: EvolveConfig, genomes: Tensor, school: Grounds) -> Recording:
+def observe(config: EvolveConfig, genomes: Tensor, training: Scenarios) -> Recording:
     """Let plastic individuals live, and record their weights, neurons and bodies.
 
     Args:
         config: of their evolution.
         genomes: shape (K, G).
-        school: the one ground on which all of them live.
+        training: the one scenario that all of them meet.
     """
-    n = len(genomes)
-    networks = controller.build(config, n)
-    assert isinstance(networks, hebbtorch.HebbianMLP)
-    networks.set_genomes(genomes)
-    grounds = school * n
-    sim = world(config, grounds.terrains(), grounds.worlds)
-    state = controller.birth(networks, config.init, grounds.births)
-    brain = fused.pack(sim, networks, state)
-    recorder = _Recorder(networks, config.duration)
-    sim.reset()
-    for _ in range(recorder.n_steps):
-        brain.run(sim, 1)
-        recorder.add(sim, brain)
+    config = replace(config, loop="fused")  # whose activations can be read
+    episode = start_episode(config, genomes, training * len(genomes))
+    assert isinstance(episode.network, hebbtorch.HebbianMLP)
+    assert isinstance(episode.loop, fused.Brain)
+    recorder = _Recorder(episode.network, episode.sim, config.duration)
+    for _ in range(episode.n_steps):
+        episode.run(1)
+        recorder.add(episode.sim, episode.loop)
     return recorder.recording()
 
 
 class _Recorder:
     """Takes down K lives step by step; see `Recording`."""
 
-    def __init__(self, networks: hebbtorch.HebbianMLP, duration: float) -> None:
-        self.n_steps = steps_in(duration)
+    def __init__(self, networks: hebbtorch.HebbianMLP, sim: Simulator, duration: float) -> None:
+        self.n_steps = sim.control_steps(duration)
         self._times = times_of(duration)
-        self._ends = [max(1, steps_in(time)) for time in self._times]
-        self._first_kept = max(1, self.n_steps - steps_in(_LAST) + 1)
+        self._ends = [max(1, sim.control_steps(time)) for time in self._times]
+        self._first_kept = max(1, self.n_steps - sim.control_steps(_LAST) + 1)
         self._step = 0
+        self._averaged = sim.control_steps(_AVERAGED)
+        self._step_length = DT * sim.control_interval
         self._changes = [TermSizes(networks) for _ in self._times]
         self._weights: list[tuple[Tensor, ...]] = []
         self._histograms = np.zeros((*networks.population, len(LAYERS), _BINS), dtype=np.int64)
@@ -195,7 +217,7 @@ class _Recorder:
         for layer, values in enumerate(neurons):
             _count(self._histograms[:, layer], values.cpu().numpy())
         for end, change in zip(self._ends, self._changes, strict=True):
-            if end - _SECOND < self._step <= end:
+            if end - self._averaged < self._step <= end:
                 change.add(activations)
             if end == self._step:
                 self._weights.append(brain.state().weights)
@@ -217,6 +239,7 @@ class _Recorder:
             touching=_stack(self._touching),
             way=_stack(self._way).astype(np.float32),
             terms=_stack([change.total() for change in self._changes]),
+            step=self._step_length,
         )
 
 
@@ -233,7 +256,7 @@ def describe(recording: Recording) -> list[dict[str, Any]]:
             for k, time in enumerate(recording.times)
         ]
         layers = {
-            name: measures.activation_measures(values[run])
+            name: measures.activation_measures(values[run], recording.step)
             for name, values in zip(LAYERS, recording.activations, strict=True)
         }
         runs.append(
@@ -241,8 +264,7 @@ def describe(recording: Recording) -> list[dict[str, Any]]:
                 "run": run,
                 "weights": at_times,
                 "layers": layers,
-                "gait_period": measures.period_of(recording.areas[run]),
-                "gait_regularity": measures.regularity_of(recording.areas[run]),
+                **measures.gait_measures(recording.areas[run], recording.step),
             }
         )
     return runs

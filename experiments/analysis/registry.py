@@ -8,16 +8,24 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from experiments.analysis import pruning
+from experiments.analysis import generalization, paired, pruning
 from experiments.analysis import recording as inner
 from experiments.analysis import validation_matrix as validation
 from experiments.analysis.freezing import freeze, plastic_champions
-from experiments.analysis.unseen import assess, default_file
+from experiments.analysis.unseen import assess
+from experiments.runs import names
 from experiments.runs.champions import Champions
 
-__all__ = ["frozen", "inner_life", "matrix", "pruned", "unseen_terrains"]
-
-_TERRAINS = 10  # as in the paper, Sec. IV-A
+__all__ = [
+    "frozen",
+    "generalized",
+    "inner_life",
+    "matrix",
+    "paired_speeds",
+    "pruned",
+    "random_genomes",
+    "unseen_terrains",
+]
 
 
 def unseen_terrains(run_folder: Path) -> Path:
@@ -26,8 +34,8 @@ def unseen_terrains(run_folder: Path) -> Path:
     Raises:
         ValueError: the run cannot be read.
     """
-    out = run_folder / default_file(Champions.load(run_folder).config)
-    return out if out.exists() else assess(run_folder, _TERRAINS).write(out)
+    out = run_folder / names.evaluation_file(Champions.load(run_folder).config)
+    return out if out.exists() else assess(run_folder, names.EVALUATION_TERRAINS).write(out)
 
 
 def frozen(run_folder: Path) -> Path:
@@ -36,8 +44,28 @@ def frozen(run_folder: Path) -> Path:
     Raises:
         ValueError: the run cannot be read, or its controllers are static.
     """
-    out = run_folder / "freeze.csv"
+    out = run_folder / names.FREEZING
     return out if out.exists() else freeze(plastic_champions(run_folder)).write(out)
+
+
+def paired_speeds(run_folder: Path) -> Path:
+    """Champions, and those of generations before, plastic and frozen: paired.csv.
+
+    Raises:
+        ValueError: the run cannot be read.
+    """
+    out = run_folder / names.PAIRED
+    return out if out.exists() else paired.write(run_folder)
+
+
+def generalized(run_folder: Path) -> Path:
+    """Champions where something is different from their evolution: generalization.csv.
+
+    Raises:
+        ValueError: the run cannot be read.
+    """
+    out = run_folder / names.GENERALIZATION
+    return out if out.exists() else generalization.write(run_folder)
 
 
 def inner_life(run_folder: Path) -> Path:
@@ -46,8 +74,18 @@ def inner_life(run_folder: Path) -> Path:
     Raises:
         ValueError: the run cannot be read, or its controllers are static.
     """
-    out = run_folder / "inner_life.json"
+    out = run_folder / names.RECORDING_MEASURES
     return out if out.exists() else inner.write(run_folder)
+
+
+def random_genomes(run_folder: Path) -> Path:
+    """What `inner_life` tells of champions, of random individuals: random_genomes.json.
+
+    Raises:
+        ValueError: the run cannot be read, or its controllers are static.
+    """
+    out = run_folder / names.RANDOM_GENOMES
+    return out if out.exists() else inner.write_random(run_folder)
 
 
 def pruned(run_folder: Path) -> Path:
@@ -56,7 +94,7 @@ def pruned(run_folder: Path) -> Path:
     Raises:
         ValueError: the run cannot be read, or its controllers are static.
     """
-    out = run_folder / "pruned.csv"
+    out = run_folder / names.PRUNING
     return out if out.exists() else pruning.prune(plastic_champions(run_folder)).write(out)
 
 
@@ -66,5 +104,5 @@ def matrix(run_folder: Path) -> Path:
     Raises:
         ValueError: the run cannot be read.
     """
-    out = run_folder / "matrix.csv"
+    out = run_folder / names.MATRIX
     return out if out.exists() else validation.validate(Champions.load(run_folder)).write(out)

@@ -33,10 +33,14 @@ class TermSizes:
             sums[:] = [a + b for a, b in zip(sums, parts, strict=True)] if sums else parts
 
     @torch.no_grad()
-    def total(self) -> Tensor:
-        """Sums over steps and synapses of the sizes of A, B, C and D, shape (K, 4), float64."""
+    def by_layer(self) -> list[Tensor]:
+        """Sums over steps and synapses of the sizes of A, B, C and D, (K, 4) each, float64."""
         layers = zip(self._networks.layers, self._sums, strict=True)
-        return torch.stack([self._of(layer, *sums) for layer, sums in layers]).sum(0)
+        return [self._of(layer, *sums) for layer, sums in layers]
+
+    def total(self) -> Tensor:
+        """The same over all layers, shape (K, 4), float64."""
+        return torch.stack(self.by_layer()).sum(0)
 
     def _of(self, layer: hebbtorch.HebbianLinear, xy: Tensor, x: Tensor, y: Tensor) -> Tensor:
         """The same for one layer, from its sums of |x| |y|, |x| and |y|."""

@@ -11,19 +11,19 @@ from torch import Tensor
 
 from experiments.config import EvolveConfig
 from experiments.files.csvfile import write_csv
-from experiments.rollout import controller, seeds
-from experiments.rollout.evaluate import lives
-from experiments.rollout.scenarios import Grounds
+from experiments.files.outputs import require_writable
+from experiments.rollout import seeds
+from experiments.rollout.episode import start_episode
+from experiments.rollout.scenarios import Scenarios
 from experiments.runs.champions import Champions
+from experiments.runs.names import evaluation_file
 
 __all__ = [
     "Assessment",
     "assess",
-    "default_file",
     "reassess",
     "report",
     "speeds_on",
-    "writable",
 ]
 
 
@@ -34,13 +34,13 @@ class Assessment:
     Attributes:
         champions: of the run.
         config: the conditions that they met.
-        grounds: S of them.
+        scenarios: S of them.
         speeds: [m/s], shape (runs, S), float64, NaN where the life failed.
     """
 
     champions: Champions
     config: EvolveConfig
-    grounds: Grounds
+    scenarios: Scenarios
     speeds: Tensor
 
     def write(self, out: Path) -> Path:
@@ -48,29 +48,27 @@ class Assessment:
         rows = [
             (run, name, self.config.damage, speed)
             for run, own in enumerate(self.speeds.tolist())
-            for name, speed in zip(self.grounds.names, own, strict=True)
+            for name, speed in zip(self.scenarios.names, own, strict=True)
         ]
         return write_csv(out, ("run", "terrain", "damage", "speed"), rows)
 
 
-def speeds_on(config: EvolveConfig, genomes: Tensor, grounds: Grounds) -> Tensor:
-    """Speeds of individuals, each on each of several grounds.
+def speeds_on(config: EvolveConfig, genomes: Tensor, scenarios: Scenarios) -> Tensor:
+    """Speeds of individuals, each in each of several scenarios.
 
     Args:
         config: of their evolution, or with another `damage`.
         genomes: shape (K, G).
-        grounds: S of them.
+        scenarios: S of them.
 
     Returns:
         Speeds [m/s], shape (K, S), float64, NaN where the life failed. All K individuals meet
         the same terrains, noise and damage.
     """
-    n_individuals, n_grounds = len(genomes), len(grounds)
-    networks = controller.build(config, n_individuals * n_grounds)
-    networks.set_genomes(genomes.repeat_interleave(n_grounds, 0))
-    all_grounds = grounds * n_individuals
-    life = lives(config, networks, all_grounds.terrains(), all_grounds.worlds, all_grounds.births)
-    return life.speed.cpu().reshape(n_individuals, n_grounds)
+    n_individuals, n_scenarios = len(genomes), len(scenarios)
+    each = genomes.repeat_interleave(n_scenarios, 0)
+    outcome = start_episode(config, each, scenarios * n_individuals).finish()
+    return outcome.speed.cpu().reshape(n_individuals, n_scenarios)
 
 
 def reassess(
@@ -81,13 +79,13 @@ def reassess(
     Args:
         config: of their evolution, or with another `terrain` or `damage`.
         genomes: shape (K, G).
-        terrain_seeds: as in `Grounds.unseen`.
-        seed: as in `Grounds.unseen`.
+        terrain_seeds: as in `Scenarios.unseen`.
+        seed: as in `Scenarios.unseen`.
 
     Returns:
         As `speeds_on`.
     """
-    return speeds_on(config, genomes, Grounds.unseen(config.terrain, terrain_seeds, seed))
+    return speeds_on(config, genomes, Scenarios.unseen(config.terrain, terrain_seeds, seed))
 
 
 def assess(
@@ -116,8 +114,8 @@ def assess(
         damage=champions.config.damage if damage is None else damage,
     )
     config.validate()
-    grounds = Grounds.unseen(config.terrain, seeds.unseen_terrain_seeds(n_terrains), seed)
-    return Assessment(champions, config, grounds, speeds_on(config, champions.genomes, grounds))
+    scenarios = Scenarios.unseen(config.terrain, seeds.unseen_terrain_seeds(n_terrains), seed)
+    return Assessment(champions, config, scenarios, speeds_on(config, champions.genomes, scenarios))
 
 
 def report(
@@ -142,10 +140,10 @@ def report(
     Raises:
         ValueError: an option is wrong, or the run cannot be read; nothing was written then.
     """
-    writable(out)
+    require_writable(out)
     assessment = assess(folder, n_terrains, terrain, damage, seed)
     config, speeds = assessment.config, assessment.speeds
-    out = out or folder / default_file(config, n_terrains, seed)
+    out = out or folder / evaluation_file(config, n_terrains, seed)
     assessment.write(out)
     print(f"{config.terrain}, damage {config.damage}, {n_terrains} terrain(s), speeds in m/s:")
     for run, own in enumerate(speeds):
@@ -156,30 +154,3 @@ def report(
             f"{int(own.isnan().sum())} failed (in evolution {evolved:.2f})"
         )
     print(f"wrote {out}")
-
-
-def default_file(config: EvolveConfig, n_terrains: int = 10, seed: int = 0) -> str:
-    """Name of the CSV file, after the conditions, and after what is not as campaigns have it."""
-    return f"evaluation-{config.terrain}-{config.damage}{variant(n_terrains, 10, seed)}.csv"
-
-
-def variant(n_terrains: int, usual: int, seed: int) -> str:
-    """What the name of a file adds for other terrains than usual: they are another result."""
-    return "" if (n_terrains, seed) == (usual, 0) else f"-{n_terrains}-seed{seed}"
-
-
-def writable(out: Path | None) -> None:
-    """Check, before anything is computed, that a file can be put where it is asked for.
-
-    Raises:
-        ValueError: its folder does not exist, or something other than a table is there.
-    """
-    if out is None:
-        return
-    if not out.parent.is_dir():
-        raise ValueError(f"out: expected a file in an existing folder, got {str(out)!r}; create it")
-    if out.is_dir() or (out.exists() and out.suffix != ".csv"):
-        raise ValueError(
-            f"out: expected a new file or a CSV file, which is replaced, got {str(out)!r}; "
-            "choose another name"
-        )

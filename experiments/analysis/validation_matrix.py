@@ -14,7 +14,7 @@ from torch import Tensor
 from experiments.analysis.unseen import speeds_on
 from experiments.files.csvfile import write_csv
 from experiments.rollout import seeds
-from experiments.rollout.scenarios import Grounds
+from experiments.rollout.scenarios import Scenarios
 from experiments.runs.champions import Champions
 
 __all__ = ["DAMAGES", "TERRAINS", "Matrix", "validate"]
@@ -58,9 +58,9 @@ def validate(champions: Champions, seed: int = 0) -> Matrix:
         seed: decides noise, damage and the weights at birth.
     """
     terrain_seeds = seeds.unseen_terrain_seeds(_SEEDS)
-    grounds = reduce(add, (Grounds.unseen(kind, terrain_seeds, seed) for kind in TERRAINS))
+    scenarios = reduce(add, (Scenarios.unseen(kind, terrain_seeds, seed) for kind in TERRAINS))
     speeds = [
-        speeds_on(replace(champions.config, damage=damage), champions.genomes, grounds)
+        speeds_on(replace(champions.config, damage=damage), champions.genomes, scenarios)
         for damage in DAMAGES
     ]
     by_terrain = [each.unflatten(1, (len(TERRAINS), _SEEDS)) for each in speeds]

@@ -11,6 +11,7 @@ from pathlib import Path
 from rich.console import Console
 
 from experiments.bench import (
+    comparison,
     evolution,
     generation,
     plasticity,
@@ -25,7 +26,7 @@ from experiments.bench.profile import step_stages
 from experiments.bench.row import Row, Stage
 from experiments.bench.setting import Setting
 from experiments.bench.timing import Bystanders
-from experiments.runs.folder import make_room
+from experiments.files.outputs import make_room
 from physics import checks
 
 __all__ = ["Measurement", "bench", "measurements", "processes"]
@@ -42,6 +43,7 @@ def bench(
     profile: bool = False,
     seed: int = 0,
     threads: int | None = None,
+    against: Path | None = None,
 ) -> None:
     """Measures how fast everything runs and prints a table.
 
@@ -52,6 +54,7 @@ def bench(
         profile: whether to tell where the time of a step goes, too.
         seed: of gaits, genomes and terrains.
         threads: of the evolution; all cores if not given. All else runs on one.
+        against: another checkout of this project; only how the two compare is measured then.
 
     Raises:
         ValueError: an option is wrong; nothing was measured then.
@@ -59,12 +62,19 @@ def bench(
     checks.positive_integer("threads", available_cores() if threads is None else threads)
     if seed < 0:
         raise ValueError(f"seed: expected an integer >= 0, got {seed}")
+    if against is not None and profile:
+        raise ValueError("profile: expected no profile with against, got both; run bench twice")
+    if against is not None:
+        comparison.check(against)
     make_room(json, out)
     console = Console(highlight=False)
     if not console.is_terminal:
         console = Console(highlight=False, width=_PLAIN_WIDTH)
     setting = Setting.of(quick=quick, cores=threads or available_cores(), seed=seed)
     machine = Machine.here()
+    if against is not None:
+        _compare(console, machine, against, setting, json, out)
+        return
     rows = _measure(console, setting)
     parts: list[Stage] = []
     if profile:
@@ -80,6 +90,28 @@ def bench(
         console.print(f"wrote {out / 'bench.md'}")
     for path in files:
         report.write_json(path, machine, seed, quick, rows, parts)
+        console.print(f"wrote {path}")
+
+
+def _compare(
+    console: Console,
+    machine: Machine,
+    checkout: Path,
+    setting: Setting,
+    json: Path | None,
+    out: Path | None,
+) -> None:
+    """Measures this program and another checkout in turns, shows and writes the table."""
+    rows = comparison.compare_all(console, checkout, setting)
+    comparison.show(console, checkout, rows)
+    files = [json] if json else []
+    if out is not None:
+        files.append(out / "against.json")
+        table = comparison.markdown(machine, checkout, rows)
+        (out / "against.md").write_text(table, encoding="utf-8")
+        console.print(f"wrote {out / 'against.md'}")
+    for path in files:
+        comparison.write_json(path, machine, checkout, setting.seed, rows)
         console.print(f"wrote {path}")
 
 

@@ -14,6 +14,7 @@ from experiments.bench.rates import BIPED, rates
 from experiments.bench.row import Row, Target
 from experiments.bench.setting import Setting
 from experiments.bench.workload import ClosedLoop
+from experiments.runs.names import HISTORY
 from physics.scene.clock import steps_in
 
 __all__ = ["evolve", "generation_seconds", "paper_run_minutes", "share"]
@@ -108,4 +109,4 @@ def _evolve(setting: Setting, folder: Path) -> Path:
     subprocess.run(
         [sys.executable, "-c", _COMMAND, "evolve", *words], stdout=subprocess.DEVNULL, check=True
     )
-    return folder / "history.csv"
+    return folder / HISTORY

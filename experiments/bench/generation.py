@@ -16,7 +16,7 @@ from experiments.bench.timing import cpu_seconds
 from experiments.config import EvolveConfig
 from experiments.evolution import metrics
 from experiments.evolution.evolve import Evolution
-from experiments.rollout.episode import Life
+from experiments.rollout.episode import Outcome
 from experiments.runs import history
 from experiments.runs.folder import Checkpoint, RunStore
 from experiments.runs.tensorboard import Tracker
@@ -78,22 +78,20 @@ def _one_generation(
 ) -> tuple[float, ...]:
     """CPU time of the PARTS of one generation [s]."""
     strategy, config = evolution.strategy, evolution.config
-    lives: list[Life] = []
+    outcomes: list[Outcome] = []
 
     def live() -> None:
-        lives.append(evolution.evaluator(genomes, generation))
+        outcomes.append(evolution.evaluator(genomes, generation))
 
     def log() -> None:
-        failed = lives[0].failed.reshape(fitness.shape)
-        weights = [w.unflatten(0, fitness.shape) for w in lives[0].state.weights]
+        failed = outcomes[0].failed.reshape(fitness.shape)
+        weights = [w.unflatten(0, fitness.shape) for w in outcomes[0].state.weights]
         rows = [history.Row.of(run, generation, fitness[run], 1.0) for run in range(config.runs)]
-        tracker.log(
-            generation,
-            [
-                metrics.measure(row, genomes[run], failed[run], [w[run] for w in weights], 1.0)
-                for run, row in enumerate(rows)
-            ],
-        )
+        numbers = [
+            metrics.measure(own, failed[run], [w[run].flatten(1) for w in weights], 1.0, 1)
+            for run, own in enumerate(genomes)
+        ]
+        tracker.log(rows, numbers, fitness.numpy())
         tracker.flush()
         course.append(rows, store.history_file)
         store.save(Checkpoint(generation, strategy.state_dict(), course))
@@ -102,6 +100,6 @@ def _one_generation(
     asking = cpu_seconds(lambda: asked.append(strategy.ask()))
     genomes = asked[0].reshape(config.runs, config.population, -1)
     living = cpu_seconds(live)
-    fitness = lives[0].speed.reshape(config.runs, config.population)
+    fitness = outcomes[0].speed.reshape(config.runs, config.population)
     telling = cpu_seconds(partial(strategy.tell, fitness.reshape(asked[0].shape[:-1])))
     return living, asking + telling, cpu_seconds(log)

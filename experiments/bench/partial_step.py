@@ -59,15 +59,19 @@ def _kernel(dtype: torch.dtype, lanes: int) -> Any:
         for q in range(backend.GRAIN):
             if q == 0:
                 m = load_sizes(mi)
-                for g in range(S.shape[0]):
+                for g in range(lists.shape[0]):
+                    state, before = ti.static(
+                        (T.group(S, g, m.items), T.group(S_before, g, m.items))
+                    )
+                    contacts, _ = ti.static((T.lists(lists, g), 0))
                     for _ in range(times):
-                        for item in range(S.shape[1]):
-                            S[g, item] = S_before[g, item]
-                        for item in range(lists.shape[1]):
-                            lists[g, item] = lists_before[g, item]
-                        _step(S, lists, terrain, g, m, mi, mf, stages, T)
+                        for item in range(m.items):
+                            state[item] = before[item]
+                        for item in range(contacts.items):
+                            contacts[item] = lists_before[g, item]
+                        _step(state, contacts, terrain, m, mi, mf, stages, T)
                         if stages & _SENSE:
-                            sense(S, g, m, mi, mf, T)
+                            sense(state, m, mi, mf, T)
 
     return rounds
 
@@ -77,7 +81,6 @@ def _step(
     S: ti.template(),
     lists: ti.template(),
     terrain: ti.template(),
-    g,
     m: ti.template(),
     mi: ti.template(),
     mf: ti.template(),
@@ -86,34 +89,34 @@ def _step(
 ):
     """``physics.engine.step.engine_step`` with the stages of a mask."""
     if stages & _MOTION:
-        step.count_step(S, g, m, T)
-        integrator.integrate_velocities(S, g, m, mf, T)
+        step.count_step(S, m, T)
+        integrator.integrate_velocities(S, m, mf, T)
     if stages & _CONTACTS:
-        ground_solver.prepare(S, lists, g, m, T)
+        ground_solver.prepare(S, lists, m, T)
     if stages & _SPRINGS:
-        springs.prepare(S, g, m, mi, mf, T)
+        springs.prepare(S, m, mi, mf, T)
     if stages & _ROPES:
-        ropes.prepare(S, lists, g, m, mi, T)
+        ropes.prepare(S, lists, m, mi, T)
     if stages & _WELDS:
-        welds.prepare(S, g, m, mi, T)
+        welds.prepare(S, m, mi, T)
     for _ in range(m.velocity_iterations):
         if stages & _SPRINGS:
-            springs.solve_velocities(S, g, m, T)
+            springs.solve_velocities(S, m, T)
         if stages & _ROPES:
-            ropes.solve_velocities(S, lists, g, m, T)
+            ropes.solve_velocities(S, lists, m, T)
         if stages & _WELDS:
-            welds.solve_velocities(S, g, m, mi, T)
+            welds.solve_velocities(S, m, mi, T)
         if stages & _CONTACTS:
-            ground_solver.solve_velocities(S, lists, g, m, mf, T)
+            ground_solver.solve_velocities(S, lists, m, mf, T)
     if stages & _MOTION:
-        integrator.integrate_positions(S, g, m, T)
+        integrator.integrate_positions(S, m, T)
     if stages & _POSITIONS:
-        step.solve_positions(S, lists, g, m, mi, T)
+        step.solve_positions(S, lists, m, mi, T)
     if stages & _DETECT:
-        ground_detection.update_window(S, terrain, g, m, mf, T)
-        ground_detection.detect(S, lists, g, m, T)
+        ground_detection.update_window(S, terrain, S.number, m, mf, T)
+        ground_detection.detect(S, lists, S.number, m, T)
     if stages & _MOTION:
-        step.mark_failures(S, g, m, T)
+        step.mark_failures(S, m, T)
 
 
 class PartialStep:

@@ -24,6 +24,7 @@ class Setting:
         runs, population, generations, duration: of the evolution; the first generation
             compiles and does not count.
         cold_starts, warm_starts: processes started.
+        pairs: of measurements in turns with another checkout.
     """
 
     cores: int
@@ -40,6 +41,7 @@ class Setting:
     duration: float = 60.0
     cold_starts: int = 2
     warm_starts: int = 7
+    pairs: int = 15
 
     @classmethod
     def of(cls, *, quick: bool, cores: int, seed: int) -> Setting:
@@ -54,4 +56,5 @@ class Setting:
             generations=3,
             cold_starts=1,
             warm_starts=2,
+            pairs=9,
         )

@@ -27,7 +27,7 @@ sim = physics.Simulator("biped-4x3", terrain, 400, sensors="high", noise=0.01, t
 sim.step(torch.zeros(400, sim.n_voxels))
 stepped = time.process_time()
 import hebbtorch
-from experiments import fused
+from experiments.rollout import fused
 network = hebbtorch.HebbianMLP([sim.n_readings] * 2 + [sim.n_voxels], population=(400,))
 network.set_genomes(torch.zeros(400, network.n_genes))
 fused.pack(sim, network, network.initial_state()).run(sim, 1)

@@ -16,6 +16,7 @@ from typing import Any
 import ray
 from ray import tune
 
+from experiments import terminal
 from experiments.campaign.grid import Condition
 from experiments.campaign.runner import Campaign
 from experiments.campaign.trial import ConditionTrial
@@ -93,7 +94,7 @@ class _Told(tune.Callback):
     def on_trial_complete(self, iteration: int, trials: list[Any], trial: Any, **info: Any) -> None:
         """Called by Ray."""
         self._finished += 1
-        print(f"[{self._finished}/{self._trials}] {_name(trial)}  finished", flush=True)
+        terminal.say(f"[{self._finished}/{self._trials}] {_name(trial)} finished")
 
 
 def _storage(campaign: Campaign) -> Path:
@@ -112,6 +113,7 @@ def _options(campaign: Campaign, condition: Condition) -> dict[str, str]:
     return {
         "name": condition.name,
         "folder": str(campaign.root.condition(condition.name).resolve()),
+        "overview": str(campaign.root.overview(condition.name).resolve()),
         "options": condition.config.to_json(),
     }
 

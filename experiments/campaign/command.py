@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import partial
 from importlib.util import find_spec
 
+from experiments import terminal
 from experiments.campaign import plan
 from experiments.campaign.grid import Condition, Scale
 from experiments.campaign.options import CampaignOptions
@@ -45,15 +46,16 @@ def campaign(studies: Sequence[Study], options: CampaignOptions) -> int:
         return 0
     with root.declare(scale, members):
         work = Campaign(root, members)
-        print(
-            f"{len(work.conditions)} conditions, {len(work.unfinished)} of them to do", flush=True
-        )
+        terminal.say(f"{len(work.conditions)} conditions, {len(work.unfinished)} of them to do")
+        terminal.say(f"to watch: tensorboard --logdir {root.overviews}")
         try:
             run_conditions(work)
             work.report_rest()
         except KeyboardInterrupt:
-            print("stopped; go on with the same command")
+            terminal.say("stopped; go on with the same command")
             raise
+    terminal.say(f"curves of all conditions: tensorboard --logdir {root.overviews}")
+    terminal.say(f"one page to read or send: hebbtorch report {root.path}")
     return _conclude(work.failures)
 
 
@@ -91,8 +93,8 @@ def _conclude(failures: Sequence[str]) -> int:
     """Tell what failed, and choose the exit code."""
     if not failures:
         return 0
-    print(f"{len(failures)} failed:")
+    terminal.say(f"{len(failures)} failed:")
     for failure in failures:
-        print(f"  {failure}")
-    print("the same command tries them again")
+        terminal.say(f"  {failure}")
+    terminal.say("the same command tries them again")
     return 1

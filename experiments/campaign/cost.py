@@ -7,10 +7,11 @@ from collections.abc import Iterable
 
 import torch
 
-from experiments.config import EvolveConfig, fresh_terrain
+from experiments.config import EvolveConfig
+from experiments.evolution.observation import film_seconds, is_filmed, is_observed
 from experiments.rollout import controller
-from experiments.rollout.episode import driver
-from experiments.rollout.evaluate import world
+from experiments.rollout.episode import start_episode
+from experiments.rollout.scenarios import Scenarios
 from physics import Morphology, Terrain
 from physics.scene.clock import steps_in
 
@@ -23,8 +24,11 @@ _TERRAINS = 8
 # Sizes of what an evolution writes [bytes].
 _GENE = 4
 _HISTORY_ROW = 100 + 64  # in history.csv and in the checkpoint
-_EVENTS = 700  # per generation and TensorBoard folder
-_OVER_RUNS = 4  # TensorBoard folders besides those of the runs
+_EVENTS = 1_900  # per generation and TensorBoard run, of which the overview is one
+_OBSERVED = 8_000  # besides, where champions are looked at
+_PICTURES = 25_000  # where pictures are logged, without the film
+_FILM_SECOND = 80_000  # of a film
+_LIFE = 60_000, 5_000  # of the champion's episode, and more for each of its seconds
 _FIXED = 10_000
 
 
@@ -65,19 +69,18 @@ def seconds_per_robot_step(config: EvolveConfig) -> float:
     It leaves out what comes between the lives, some hundredths of the whole.
     """
     n = config.runs * config.population
-    grounds = [
-        Terrain.from_name(fresh_terrain(config.terrain, k)) for k in range(min(n, _TERRAINS))
-    ]
-    sim = world(config, [grounds[k % len(grounds)] for k in range(n)], list(range(n)))
+    terrains = [Terrain.from_name(config.terrain, seed) for seed in range(min(n, _TERRAINS))]
+    scenarios = Scenarios(
+        [terrains[k % len(terrains)] for k in range(n)], list(range(n)), list(range(n))
+    )
     networks = controller.build(config, n)
     draws = torch.Generator().manual_seed(0)
-    networks.set_genomes(2 * torch.rand(n, networks.n_genes, generator=draws) - 1)
-    drive = driver(sim, networks, networks.initial_state(), config.loop)
-    sim.reset()
-    drive.run(sim, _WARM_UP)  # compiles, too
+    genomes = 2 * torch.rand(n, networks.n_genes, generator=draws) - 1
+    episode = start_episode(config, genomes, scenarios, network=networks)
+    episode.run(_WARM_UP)  # compiles, too
     steps, started = 0, time.perf_counter()
     while steps == 0 or time.perf_counter() - started < _SECONDS:
-        drive.run(sim, _STRETCH)
+        episode.run(_STRETCH)
         steps += _STRETCH
     return (time.perf_counter() - started) / (n * steps)
 
@@ -87,5 +90,11 @@ def disk_bytes(config: EvolveConfig) -> int:
     genes = controller.build(config, 1).n_genes
     genomes = config.runs * (config.population + 2) * genes * _GENE  # checkpoint and champions
     rows = config.generations * config.runs * _HISTORY_ROW
-    writers = config.runs + (_OVER_RUNS if config.runs > 1 else 0)
-    return genomes + rows + config.generations * writers * _EVENTS + _FIXED
+    generations = range(1, config.generations + 1)
+    observed = sum(is_observed(each, config.generations) for each in generations)
+    filmed = sum(is_filmed(each, config.generations) for each in generations)
+    logged = (config.runs + 1) * (config.generations * _EVENTS + observed * _OBSERVED)
+    pictures = filmed * (_PICTURES + round(_FILM_SECOND * film_seconds(config)))
+    episode = _LIFE[0] + round(_LIFE[1] * config.duration)
+    archived = config.runs * genes * _GENE * observed
+    return genomes + rows + logged + pictures + episode + archived + _FIXED

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from experiments.config import EvolveConfig
+from experiments.options import options_of
 
 __all__ = [
     "MACHINE_OPTIONS",
@@ -23,8 +24,6 @@ __all__ = [
     "Scale",
     "condition_name",
 ]
-
-_ALL_TERMS = EvolveConfig.terms
 
 
 @dataclass(frozen=True)
@@ -58,21 +57,9 @@ class Scale:
 QUICK = Scale(runs=2, generations=2, population=8, duration=2.0)
 """The scale of --quick: enough to see that everything works, too little to learn from."""
 
-SCALE_OPTIONS = tuple(each.name for each in dataclasses.fields(Scale))
-MACHINE_OPTIONS = ("device", "threads", "loop")
-"""How to compute, which no condition is about."""
-
-_NAMED: dict[str, Callable[[Any], str]] = {
-    "sharing": str,
-    "normalize": lambda value: "normalized" if value == "l2" else f"normalized-{value}",
-    "eta": lambda value: f"eta-{value}",
-    "init": lambda value: f"init-{value}",
-    "damage": lambda value: f"damage-{value}",
-    "terms": lambda value: "without-" + "".join(t for t in _ALL_TERMS if t not in value),
-    "terrain": lambda value: f"terrain-{value}",
-    "sigma": lambda value: f"sigma-{float(value)}",
-    "noise": lambda value: f"noise-{float(value)}",
-}
+SCALE_OPTIONS = tuple(options_of(EvolveConfig, "scale", "sample"))
+MACHINE_OPTIONS = tuple(options_of(EvolveConfig, "machine"))
+_ALWAYS_NAMED = ("shape", "sensors", "controller")
 
 
 @dataclass(frozen=True)
@@ -98,7 +85,7 @@ class Grid:
     """
 
     base: EvolveConfig = field(default_factory=EvolveConfig)
-    axes: Mapping[str, Sequence[str | float]] = field(default_factory=dict)
+    axes: Mapping[str, Sequence[str | float | bool | None]] = field(default_factory=dict)
 
     def expand(self, scale: Scale) -> list[Condition]:
         """All conditions, validated.
@@ -135,11 +122,11 @@ def condition_name(config: EvolveConfig) -> str:
     """
     paper = EvolveConfig()
     suffixes = [
-        say(getattr(config, option))
-        for option, say in _NAMED.items()
-        if getattr(config, option) != getattr(paper, option)
+        what.suffix(getattr(config, name))
+        for name, what in options_of(EvolveConfig, "axis", "variant").items()
+        if name not in _ALWAYS_NAMED and getattr(config, name) != getattr(paper, name)
     ]
-    return "-".join([config.shape, config.sensors, config.controller, *suffixes])
+    return "-".join([*(getattr(config, name) for name in _ALWAYS_NAMED), *suffixes])
 
 
 def check_options(where: str, options: Mapping[str, Any]) -> None:
@@ -171,9 +158,16 @@ def check_value(option: str, value: Any) -> None:
         ValueError: text in place of a number, or the reverse.
     """
     default = getattr(EvolveConfig(), option)
-    kinds = (str,) if isinstance(default, str) else (str, int, float)
+    if value is None and default is None:
+        return
+    if isinstance(default, bool):
+        if not isinstance(value, bool):
+            raise ValueError(f"{option}: expected true or false, got {value!r}")
+        return
+    is_text = default is None or isinstance(default, str)
+    kinds = (str,) if is_text else (str, int, float)
     if not isinstance(value, kinds) or isinstance(value, bool):
-        words = "text" if isinstance(default, str) else "a number"
+        words = "text" if is_text else "a number"
         raise ValueError(f"{option}: expected {words}, got {value!r}")
 
 

@@ -2,6 +2,7 @@
 
 - campaign.json: scale, studies and their conditions, versions of this program that worked here.
 - conditions/NAME/: of each condition an ordinary folder of a run, see `experiments.runs.folder`.
+- overview/NAME/: of each condition a TensorBoard run with the median over its runs.
 - STUDY/: figures and tables of a study.
 - lock: held by the process that works here.
 """
@@ -19,17 +20,20 @@ from typing import IO, Any
 from experiments.campaign.grid import MACHINE_OPTIONS, Condition, Scale
 from experiments.campaign.study import Study
 from experiments.config import EvolveConfig
+from experiments.files.atomic import write_atomically
+from experiments.files.locks import LOCK, lock_folder
 from experiments.runs.champions import Champions
-from experiments.runs.folder import lock_folder, read_checkpoint, read_config, write_atomically
+from experiments.runs.folder import read_checkpoint, read_config
 
 __all__ = ["CampaignRoot", "Members", "Standing"]
 
 Members = Mapping[Study, Sequence[Condition]]
 """Studies with their conditions."""
 
-_FILE, _CONDITIONS = "campaign.json", "conditions"
+_FILE, _CONDITIONS, _OVERVIEW = "campaign.json", "conditions", "overview"
+_OWN_NAMES = {"", _CONDITIONS, _OVERVIEW, _FILE, LOCK, "ray"}  # that no study may have
 _FORMAT = 1  # of campaign.json
-_OF_AN_INSTANT = {"lock", f"{_FILE}.tmp"}  # what a kill may leave before campaign.json is there
+_OF_AN_INSTANT = {LOCK, f"{_FILE}.tmp"}  # what a kill may leave before campaign.json is there
 
 
 @dataclass(frozen=True)
@@ -60,6 +64,15 @@ class CampaignRoot:
     def condition(self, name: str) -> Path:
         """The run's folder of a condition."""
         return self.path / _CONDITIONS / name
+
+    @property
+    def overviews(self) -> Path:
+        """The folder that TensorBoard shows the whole campaign from."""
+        return self.path / _OVERVIEW
+
+    def overview(self, name: str) -> Path:
+        """The folder of a condition's TensorBoard run with the median over its runs."""
+        return self.overviews / name
 
     def study(self, name: str) -> Path:
         """The folder of a study's figures and tables."""
@@ -137,7 +150,7 @@ class CampaignRoot:
 
     def _check_names(self, studies: Iterable[Study]) -> None:
         for study in studies:
-            if study.name in ("", _CONDITIONS, _FILE, "lock", "ray") or study.name.startswith("."):
+            if study.name in _OWN_NAMES or study.name.startswith("."):
                 raise ValueError(
                     f"study: expected another name than {study.name!r}, which a campaign uses "
                     "itself; rename the file"

@@ -5,12 +5,12 @@ A failure loses nothing else: it is told where it happens and again at the end.
 
 from __future__ import annotations
 
-import sys
 import traceback
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from datetime import datetime, timedelta
 
+from experiments import terminal
 from experiments.campaign import report
 from experiments.campaign.conditions import run_condition
 from experiments.campaign.cost import seconds_left
@@ -59,8 +59,9 @@ class Campaign:
         self.report_complete()
         for condition in self.unfinished:
             number = list(self.conditions).index(condition.name) + 1
-            label = f"[{number}/{len(self.conditions)}] {condition.name}"
-            print(f"{label}  expected end of the campaign: {self._expected_end()}", flush=True)
+            label = f"[{number}/{len(self.conditions)}]"
+            terminal.say(f"{label} {condition.name}")
+            terminal.say(f"{label} expected end of the campaign: {self._expected_end()}")
             self._try(condition.name, self._run, condition, label)
             self.look_again(condition)
             self.report_complete()
@@ -84,12 +85,17 @@ class Campaign:
     def fail(self, what: str, why: str) -> None:
         """Note a failure and tell it."""
         self.failures.append(f"{what}: {why}")
-        print(f"failed: {self.failures[-1]}", file=sys.stderr, flush=True)
+        terminal.LOG.warning("failed: %s", self.failures[-1])
 
     def _run(self, condition: Condition, label: str) -> None:
-        champions = run_condition(condition, self.root.condition(condition.name), label)
+        champions = run_condition(
+            condition,
+            self.root.condition(condition.name),
+            self.root.overview(condition.name),
+            label,
+        )
         speeds = ", ".join(f"{speed:.2f}" for speed in champions.fitness.tolist())
-        print(f"{label}  champions: {speeds} m/s", flush=True)
+        terminal.say(f"{label} champions: {speeds} m/s")
 
     def _report(self, study: Study) -> None:
         names = self._waiting.pop(study)
@@ -97,7 +103,7 @@ class Campaign:
         folders = [self.root.condition(name) for name in finished]
         for name, folder in zip(finished, folders, strict=True):
             for analysis in study.analyses:
-                print(f"{study.name}: {analysis} of {name}", flush=True)
+                terminal.say(f"{study.name}: {analysis} of {name}")
                 self._try(f"{analysis} of {name}", report.analyse, analysis, folder)
         if not finished:
             return
@@ -105,7 +111,7 @@ class Campaign:
         for figure in study.figures:
             self._try(f"figure {figure}", report.draw, figure, folders, out)
         if study.figures:
-            print(f"{study.name}: figures and tables in {out}", flush=True)
+            terminal.say(f"{study.name}: figures and tables in {out}")
 
     def _try(self, what: str, call: Callable[..., object], *arguments: object) -> None:
         try:

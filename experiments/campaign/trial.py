@@ -11,6 +11,7 @@ from typing import Any
 import torch
 from ray import tune
 
+from experiments.analysis.presentation import log_champion
 from experiments.campaign.conditions import open_session
 from experiments.config import EvolveConfig
 from experiments.evolution.evolve import Session
@@ -33,13 +34,15 @@ class ConditionTrial(tune.Trainable):
         """Begin, or go on.
 
         Args:
-            config: under "condition" the "folder" of the run, on storage that all workers share,
-                and its "options" in JSON.
+            config: under "condition" the "folder" of the run and that of its "overview", on
+                storage that all workers share, and its "options" in JSON.
         """
         torch.set_num_threads(1)  # the simulator has threads of its own
         condition = config["condition"]
         options = EvolveConfig.from_json(condition["options"])
-        self._session: Session = open_session(options, Path(condition["folder"]))
+        self._session: Session = open_session(
+            options, Path(condition["folder"]), Path(condition["overview"])
+        )
 
     def step(self) -> dict[str, Any]:
         """Some generations; after the last one, the champions."""
@@ -49,7 +52,7 @@ class ConditionTrial(tune.Trainable):
             rows, _ = session.step()
             reached = {"best": _best(rows)}
         if session.evolved:
-            session.finish()
+            log_champion(session.folder, session.finish())
         return {**reached, "generation": session.generation, "done": session.evolved}
 
     def save_checkpoint(self, checkpoint_dir: str) -> None:

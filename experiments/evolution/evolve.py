@@ -9,16 +9,21 @@ from pathlib import Path
 from torch import Tensor
 
 import hebbtorch
-from experiments.analysis import film, recording
+from experiments import terminal
+from experiments.analysis.presentation import present
 from experiments.config import EvolveConfig
 from experiments.evolution.metrics import measure
+from experiments.evolution.observation import Observer, is_filmed, is_observed, validation_tags
 from experiments.evolution.progress import ProgressDisplay
-from experiments.rollout.episode import Life
+from experiments.evolution.showing import show
+from experiments.rollout.episode import Outcome
 from experiments.rollout.evaluate import Evaluator
+from experiments.runs.archive import Archive
 from experiments.runs.champions import Champions
 from experiments.runs.folder import Checkpoint, RunStore
 from experiments.runs.history import Row
 from experiments.runs.tensorboard import Tracker
+from physics.scene.clock import steps_in
 
 __all__ = ["Evolution", "Session", "evolve", "resume"]
 
@@ -77,24 +82,46 @@ class Session:
         tracker: the TensorBoard files.
     """
 
-    def __init__(self, evolution: Evolution, store: RunStore, start: Checkpoint) -> None:
+    def __init__(
+        self,
+        evolution: Evolution,
+        store: RunStore,
+        start: Checkpoint,
+        archive: Archive,
+        overview: Path | None = None,
+    ) -> None:
         self.folder = store.folder
         self.config = evolution.config
         self.generation = start.generation
         self._evolution = evolution
         self._store = store
         self._history = start.history
+        self._archive = archive
+        self._observer = Observer(evolution.config)
         with ExitStack() as resources:
             resources.enter_context(store)
             self.tracker = resources.enter_context(
-                Tracker(store.folder, evolution.config, start.generation + 1)
+                Tracker(
+                    store.folder,
+                    evolution.config,
+                    start.generation + 1,
+                    history=start.history.rows,
+                    overview=overview,
+                    validated=validation_tags(evolution.config),
+                )
             )
             self._resources = resources.pop_all()
         self._started = time.perf_counter() - start.history.seconds
 
     @classmethod
-    def create(cls, config: EvolveConfig, folder: Path) -> Session:
+    def create(cls, config: EvolveConfig, folder: Path, *, overview: Path | None = None) -> Session:
         """Begin an evolution in a new folder.
+
+        Args:
+            config: the options.
+            folder: must not exist yet, or be empty.
+            overview: folder of the TensorBoard run with the median over the runs; by default
+                RUN/over-runs, if there are several.
 
         Raises:
             ValueError: an option is wrong, or the folder cannot be used; nothing was written then.
@@ -102,11 +129,16 @@ class Session:
         config.validate()
         evolution = Evolution(config)
         start = Checkpoint(generation=0, strategy=evolution.strategy.state_dict())
-        return cls(evolution, RunStore.create(folder, config, start), start)
+        archive = Archive.empty(config, evolution.evaluator.n_genes)
+        return cls(evolution, RunStore.create(folder, config, start), start, archive, overview)
 
     @classmethod
-    def resume(cls, folder: Path) -> Session:
+    def resume(cls, folder: Path, *, overview: Path | None = None) -> Session:
         """Take up an evolution where it stood.
+
+        Args:
+            folder: of the run.
+            overview: as in `create`.
 
         Raises:
             ValueError: the folder cannot be used; nothing was changed then.
@@ -116,8 +148,12 @@ class Session:
             undo.enter_context(store)
             evolution = Evolution(store.config)
             evolution.strategy.load_state_dict(checkpoint.strategy)
+            archive = Archive.load(folder)
+            if archive is None:
+                archive = Archive.empty(store.config, evolution.evaluator.n_genes)
             undo.pop_all()
-        return cls(evolution, store, checkpoint)
+        own = archive.until(checkpoint.generation)
+        return cls(evolution, store, checkpoint, own, overview)
 
     @property
     def evolved(self) -> bool:
@@ -133,16 +169,21 @@ class Session:
         config, strategy = self.config, self._evolution.strategy
         generation, began = self.generation + 1, time.perf_counter()
         genomes = strategy.ask()
-        life = self._evolution.evaluator(self._by_run(genomes), generation)
-        fitness = self._by_run(life.speed.cpu()).squeeze(-1)
+        outcome = self._evolution.evaluator(self._by_run(genomes), generation)
+        fitness = self._by_run(outcome.speed.cpu()).squeeze(-1)
         strategy.tell(fitness.reshape(genomes.shape[:-1]))
         self._store.require_own()
         now = time.perf_counter()
         rows = [
             Row.of(run, generation, fitness[run], now - self._started) for run in range(config.runs)
         ]
-        self._log(rows, self._by_run(genomes), life, now - began)
+        self._log(rows, self._by_run(genomes), fitness, outcome, now - began)
         # In this order, whatever a kill leaves behind is no older than the checkpoint.
+        if Archive.keeps(generation):
+            self._archive = self._archive.with_generation(
+                generation, self._by_run(genomes), fitness
+            )
+            self._archive.save(self.folder)
         self._history.append(rows, self._store.history_file)
         self._store.save(Checkpoint(generation, strategy.state_dict(), self._history))
         self.generation = generation
@@ -156,6 +197,7 @@ class Session:
             self.config, strategy.best.reshape(runs, -1), strategy.best_fitness.reshape(runs)
         )
         champions.save(self.folder)
+        self.tracker.end()
         return champions
 
     def close(self) -> None:
@@ -168,14 +210,24 @@ class Session:
     def __exit__(self, *exception: object) -> None:
         self.close()
 
-    def _log(self, rows: list[Row], genomes: Tensor, life: Life, seconds: float) -> None:
-        failed = self._by_run(life.failed).squeeze(-1)
-        weights = [self._by_run(layer) for layer in life.state.weights]
+    def _log(
+        self, rows: list[Row], genomes: Tensor, fitness: Tensor, outcome: Outcome, seconds: float
+    ) -> None:
+        config, generation = self.config, rows[0].generation
+        failed = self._by_run(outcome.failed).squeeze(-1)
+        is_plastic = config.controller == "hebbian"
+        weights = [self._by_run(layer) for layer in outcome.state.weights if is_plastic]
+        robot_steps = config.population * steps_in(config.duration)
         metrics = [
-            measure(row, genomes[run], failed[run], [layer[run] for layer in weights], seconds)
-            for run, row in enumerate(rows)
+            measure(own, failed[run], [layer[run] for layer in weights], seconds, robot_steps)
+            for run, own in enumerate(genomes)
         ]
-        self.tracker.log(rows[0].generation, metrics)
+        self.tracker.log(rows, metrics, fitness.numpy())
+        if is_observed(generation, config.generations):
+            champions = self._evolution.strategy.best.reshape(config.runs, -1)
+            observations = self._observer(champions)
+            pictured = is_filmed(generation, config.generations)
+            show(self.tracker, generation, observations, self._observer.terrain, pictured)
         self.tracker.flush()
 
     def _by_run(self, values: Tensor) -> Tensor:
@@ -189,21 +241,7 @@ def _run(session: Session) -> None:
         with ProgressDisplay(session.config.generations, session.generation) as progress:
             while not session.evolved:
                 progress.show(*session.step())
-        _present(session.finish(), session)
+        present(session.folder, session.finish())
     except KeyboardInterrupt:
-        print(f"stopped; go on with: hebbtorch evolve --resume {session.folder}")
+        terminal.say(f"stopped; go on with: hebbtorch evolve --resume {session.folder}")
         raise
-
-
-def _present(champions: Champions, session: Session) -> None:
-    folder, best = session.folder, champions.best_run
-    for run, speed in enumerate(champions.fitness.tolist()):
-        print(f"champion of run {run}: {speed:.2f} m/s")
-    pictures = film.film_run(folder, mp4=False)  # `render` makes one
-    session.tracker.show(best, session.config.generations, pictures)
-    if session.config.controller == "hebbian":
-        recording.show(champions, session.tracker)
-    print(f"wrote {folder / 'champion.safetensors'}")
-    for path in pictures:
-        print(f"wrote {path}")
-    print(f"see the curves with: tensorboard --logdir {folder}")

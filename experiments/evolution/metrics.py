@@ -1,43 +1,55 @@
-"""The numbers of one generation that go to TensorBoard, tag by tag."""
+"""The numbers of one generation that go to TensorBoard, tag by tag; see docs/metrics.md."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import torch
 from torch import Tensor
 
 from experiments.analysis.measures import DIVERGED
-from experiments.runs.history import Row
 
 __all__ = ["measure"]
 
 
 def measure(
-    row: Row, genomes: Tensor, failed: Tensor, weights: list[Tensor], seconds: float
-) -> dict[str, float]:
-    """Tags and values of one run's population.
+    genomes: Tensor,
+    failed: Tensor,
+    weights: Sequence[Tensor],
+    seconds: float,
+    robot_steps: int,
+) -> dict[str, float | None]:
+    """Tags and values of one run's population, besides its fitness.
 
     Args:
-        row: its fitness.
         genomes: shape (population, G).
         failed: whose world became non-finite, shape (population,).
-        weights: of each layer at the end of the lives, shapes (population, out, in).
+        weights: of each layer at the end of the episodes, shapes (population, synapses); none of
+            static controllers, whose weights are their genomes.
         seconds: wall time of this generation [s].
+        robot_steps: steps of 1/60 s that all robots of this population made.
     """
-    sizes = torch.cat([layer.flatten(1) for layer in weights], 1).abs()
     return {
-        "fitness/best": row.best,
-        "fitness/median": row.median,
-        "fitness/mean": row.mean,
-        "fitness/q75": row.q75,
         "genome/spread": _spread(genomes),
-        "genome/mean_size": genomes.abs().mean().item(),
-        "plasticity/mean_weight": sizes.mean().item(),
-        "plasticity/largest_weight": sizes.max().item(),
-        "plasticity/diverged": _diverged(sizes),
-        "physics/failed": failed.double().mean().item(),
+        "genome/mean_abs": genomes.abs().mean().item(),
+        **_plasticity(weights),
+        "body/failed": failed.double().mean().item(),
         "time/generation": seconds,
         "time/evaluations_per_second": len(genomes) / seconds,
+        "time/robot_steps_per_second": robot_steps / seconds,
     }
+
+
+def _plasticity(weights: Sequence[Tensor]) -> dict[str, float]:
+    """Sizes of the weights at the end, over all individuals."""
+    if not weights:
+        return {}
+    sizes = [layer.abs() for layer in weights]
+    values = {"plasticity/diverged": _diverged(torch.cat(sizes, 1))}
+    for k, layer in enumerate(sizes):
+        values[f"plasticity/weight_mean_abs/layer{k}"] = layer.mean().item()
+        values[f"plasticity/weight_max_abs/layer{k}"] = layer.max().item()
+    return values
 
 
 def _diverged(sizes: Tensor) -> float:

@@ -1,77 +1,95 @@
-"""What the terminal shows while an evolution runs."""
+"""What the terminal shows while something takes its time."""
 
 from __future__ import annotations
 
 import math
 import statistics
-import sys
 import time
-from collections.abc import Sequence
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, TextColumn
 
+from experiments import terminal
 from experiments.runs.history import Row
 
-__all__ = ["ProgressDisplay"]
+__all__ = ["ProgressDisplay", "counted"]
 
 _INTERVAL = 5.0  # between plain lines [s]
+_WINDOW = 10  # generations from which the time left is estimated
+_COMPILING = "compiling the simulator (5 to 15 s the first time)"
 
 
 class ProgressDisplay:
     """A live line on a terminal; elsewhere a plain line now and then.
 
-    With several runs, it shows the best of them and the median of their medians.
+    With several runs, it shows the best of them and the median of their medians. The time left
+    follows from the last generations; the first one, which compiles, does not count.
     """
 
     def __init__(
-        self, generations: int, done: int, *, label: str = "", interval: float = _INTERVAL
+        self,
+        generations: int,
+        done: int,
+        *,
+        label: str = "",
+        interval: float = _INTERVAL,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         """Start to show progress.
 
         Args:
             generations: of the whole evolution.
             done: of them, done before this process.
-            label: of every line.
+            label: of every line, short.
             interval: between plain lines [s].
+            clock: tells the time [s].
         """
         self._label = f"{label}  " if label else ""
         self._interval = interval
         self._generations = generations
-        self._first = done
-        self._started = time.monotonic()
-        self._last_line = -interval
+        self._clock = clock
+        self._ends: deque[tuple[int, float]] = deque(maxlen=_WINDOW + 1)
+        self._last_line = -math.inf
         self._live: Progress | None = None
-        if sys.stdout is not None and sys.stdout.isatty():
+        if done >= generations or not terminal.is_told():
+            return
+        if terminal.is_interactive():
             self._live = Progress(
                 TextColumn(self._label + "generation {task.completed}/{task.total}", markup=False),
-                BarColumn(),
-                TextColumn("{task.description}"),
-                TimeRemainingColumn(),
-                TextColumn("left"),
+                BarColumn(bar_width=10),
+                TextColumn("{task.description}", markup=False),
                 console=Console(),
             )
-            self._task = self._live.add_task("", total=generations, completed=done)
+            self._task = self._live.add_task(_COMPILING, total=generations, completed=done)
             self._live.start()
+        else:
+            terminal.say(f"{self._label}{_COMPILING}")
 
     def show(self, rows: Sequence[Row], evaluations_per_second: float) -> None:
         """Show one generation: a row for each run."""
-        generation = rows[0].generation
+        generation, now = rows[0].generation, self._clock()
+        self._ends.append((generation, now))
         best = max((row.best for row in rows if not math.isnan(row.best)), default=math.nan)
         median = statistics.median(row.median for row in rows)
-        text = (
-            f"best {best:.2f} m/s  median {median:.2f} m/s  "
-            f"{evaluations_per_second:.0f} evaluations/s"
-        )
+        words = [f"best {best:.2f}", f"median {median:.2f} m/s"]
+        if (left := self._seconds_left()) is not None:
+            words += [f"{evaluations_per_second:.0f}/s", f"{_clock_time(left)} left"]
+        text = "  ".join(words)
         if self._live is not None:
             self._live.update(self._task, completed=generation, description=text)
-            return
-        now = time.monotonic() - self._started
-        if now - self._last_line >= self._interval or generation == self._generations:
+        elif now - self._last_line >= self._interval or generation == self._generations:
             self._last_line = now
-            left = now / (generation - self._first) * (self._generations - generation)
-            line = f"generation {generation}/{self._generations}  {text}  {left:.0f} s left"
-            print(self._label + line, flush=True)
+            terminal.say(f"{self._label}generation {generation}/{self._generations}  {text}")
+
+    def _seconds_left(self) -> float | None:
+        """Estimate from the last generations; None before there are two ends of generations."""
+        (first, began), (last, ended) = self._ends[0], self._ends[-1]
+        if last == first:
+            return None
+        return (ended - began) / (last - first) * (self._generations - last)
 
     def close(self) -> None:
         """Leave the terminal as it was."""
@@ -83,3 +101,39 @@ class ProgressDisplay:
 
     def __exit__(self, *exception: object) -> None:
         self.close()
+
+
+@contextmanager
+def counted(what: str) -> Iterator[Callable[[int, int], None]]:
+    """Show how many of something are done.
+
+    Args:
+        what: such as "picture".
+
+    Yields:
+        A function to be called with the number done and the number in all.
+    """
+    if not terminal.is_told():
+        yield lambda done, total: None
+    elif terminal.is_interactive():
+        words = TextColumn(f"{what} {{task.completed}}/{{task.total}}", markup=False)
+        with Progress(words, BarColumn(bar_width=30), console=Console(), transient=True) as live:
+            task = live.add_task(what, total=None)
+            yield lambda done, total: live.update(task, completed=done, total=total)
+    else:
+        last = time.monotonic()
+
+        def tell(done: int, total: int) -> None:
+            nonlocal last
+            if time.monotonic() - last >= _INTERVAL:
+                last = time.monotonic()
+                terminal.say(f"{what} {done}/{total}")
+
+        yield tell
+
+
+def _clock_time(seconds: float) -> str:
+    """Such as 0:07, 12:30 or 3:05:00."""
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from experiments.runs.folder import write_atomically
+from experiments.files.atomic import write_atomically
 
 __all__ = ["write_csv"]
 

@@ -23,6 +23,7 @@ __all__ = [
     "median_bounds",
     "middle",
     "require_values",
+    "resampling_seed",
     "resampling_with",
     "shift",
     "spread",
@@ -56,6 +57,11 @@ def resampling_with(seed: int) -> Iterator[None]:
         yield
     finally:
         _seed.reset(token)
+
+
+def resampling_seed() -> int:
+    """The seed of bootstrap intervals: 0, or that of `resampling_with`."""
+    return _seed.get()
 
 
 def median(values: Values) -> Estimate:

@@ -30,6 +30,7 @@ __all__ = [
     "holm",
     "least_p",
     "mann_whitney",
+    "sign_p",
 ]
 
 Values = NDArray[np.float64]
@@ -137,6 +138,14 @@ def least_p(n_first: int, n_second: int) -> float:
     """
     below, above = np.arange(n_first), np.arange(n_first, n_first + n_second)
     return float(stats.mannwhitneyu(below, above, alternative="two-sided", method="auto").pvalue)
+
+
+def sign_p(n_on_side: int, n: int) -> float:
+    """Two-sided p of the sign test, if so few of n values are on the claimed side of a bound.
+
+    It is the test whose interval is `intervals.median_bounds`.
+    """
+    return min(1.0, 2 * float(stats.binom.cdf(n_on_side, n, 0.5)))
 
 
 def holm(p_values: Sequence[float]) -> list[float]:

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from experiments.files.atomic import write_atomically
 from experiments.files.csvfile import write_csv
 from experiments.report.statistics import Comparison
-from experiments.runs.folder import write_atomically
 
 __all__ = ["comparison_row", "markdown", "write"]
 

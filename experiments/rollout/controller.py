@@ -1,8 +1,8 @@
-"""The brain of a robot: readings in, actuation out, one hidden layer as large as the input."""
+"""The network that controls a robot: readings in, actuation out."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 
 import torch
 
@@ -10,45 +10,88 @@ import hebbtorch
 from experiments.config import EvolveConfig
 from physics import Apparatus, Morphology
 
-__all__ = ["Controller", "birth", "build"]
+__all__ = ["Controller", "build", "initial_state"]
 
 Controller = hebbtorch.HebbianMLP | hebbtorch.StaticMLP
 
 
-def build(config: EvolveConfig, population: int) -> Controller:
+def build(
+    config: EvolveConfig,
+    population: int,
+    morphology: Morphology | None = None,
+    apparatus: Apparatus | None = None,
+) -> Controller:
     """The networks of a population, without genomes yet.
 
+    There is one hidden layer, as large as the input (paper, Sec. III-A).
+
     Args:
-        config: the options of the evolution.
-        population: number of individuals.
+        config: The options of the evolution.
+        population: Number of individuals.
+        morphology: The body; by default that of the options.
+        apparatus: Its sensors; by default those of the options.
     """
-    morphology = Morphology.from_name(config.shape)
-    apparatus = Apparatus.of(config.sensors, morphology)
+    morphology = morphology or Morphology.from_name(config.shape)
+    apparatus = apparatus or Apparatus.of(config.sensors, morphology)
     inputs = apparatus.n_readings
-    sizes = [inputs, inputs, morphology.n_voxels]  # paper, Sec. III-A
-    if config.controller == "mlp":
-        return hebbtorch.StaticMLP(sizes, population=(population,)).to(config.device)
+    sizes = [inputs, inputs, morphology.n_voxels]
+    with torch.device(config.device):  # whatever the process has for defaults, here and below
+        network = _network(config, sizes, apparatus.kinds, population)
+    return network.float()
+
+
+def _network(
+    config: EvolveConfig, sizes: list[int], kinds: Sequence[Hashable], population: int
+) -> Controller:
+    if config.controller == "hebbian":
+        return _plastic(config, sizes, kinds, population)
+    static: type[hebbtorch.StaticMLP] = hebbtorch.StaticMLP
+    if config.controller == "rnn":
+        static = hebbtorch.StaticRNN
+        sizes = _recurrent_sizes(sizes, config.bias)
+    return static(
+        sizes,
+        gain=config.gain,
+        bias=config.bias,
+        input_activation=config.input_activation,
+        population=(population,),
+    )
+
+
+def _plastic(
+    config: EvolveConfig, sizes: list[int], kinds: Sequence[Hashable], population: int
+) -> hebbtorch.HebbianMLP:
     return hebbtorch.HebbianMLP(
         sizes,
         sharing=config.sharing,
-        groups=apparatus.kinds if config.sharing == "grouped" else None,
+        groups=kinds if config.sharing == "grouped" else None,
         eta=config.eta,
-        normalize=None if config.normalize == "none" else config.normalize,
+        normalize=config.normalize,
         terms=config.terms,
+        exchange_bc=config.exchange_bc,
+        constant_last_input=config.constant_last_input,
         population=(population,),
-    ).to(config.device)
+    )
 
 
-def birth(networks: Controller, init: str, seeds: Sequence[int]) -> hebbtorch.State:
-    """The state of networks at the beginning of a life.
+def _recurrent_sizes(sizes: list[int], bias: bool) -> list[int]:
+    """Neurons of a recurrent network with no more genes than a feed-forward one has."""
+    n_in, _, n_out = sizes
+    n_genes = hebbtorch.StaticMLP(sizes, bias=bias, population=()).n_genes
+    hidden = hebbtorch.StaticRNN.largest_hidden(n_in, n_out, n_genes, bias=bias)
+    return [n_in, hidden, n_out]
+
+
+def initial_state(networks: Controller, init: str, seeds: Sequence[int]) -> hebbtorch.State:
+    """The state of networks at the beginning of an episode.
 
     Args:
-        networks: a population of N.
-        init: "zero" or "uniform", as in EvolveConfig; static networks have the weights of their
+        networks: A population of N.
+        init: How the weights begin, as in EvolveConfig; static networks have the weights of their
             genomes.
-        seeds: one for each individual; it alone decides the weights drawn, not the population.
+        seeds: One for each individual; it alone decides the weights drawn, not the population.
     """
-    if init == "zero" or isinstance(networks, hebbtorch.StaticMLP):
+    if init == "zeros" or isinstance(networks, hebbtorch.StaticMLP):
         return networks.initial_state()
-    generators = [torch.Generator().manual_seed(seed) for seed in seeds]
-    return networks.initial_state("uniform", generator=generators)
+    generators = [torch.Generator("cpu").manual_seed(seed) for seed in seeds]
+    return networks.initial_state(init, generator=generators)

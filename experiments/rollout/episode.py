@@ -1,33 +1,37 @@
-"""One life: a controller drives a robot from its birth to the end of the simulated time."""
+"""One episode: controllers drive robots from their initial state to the end of simulated time.
+
+episode = start_episode(config, genomes, Scenarios.unseen(config.terrain, [0, 1, 2]))
+outcome = episode.finish()  # or episode.run(steps), and look at episode.sim meanwhile
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any
 
 import torch
 from torch import Tensor
 
 import hebbtorch
-from experiments.rollout import fused
+from experiments.config import EvolveConfig
+from experiments.rollout import controller
+from experiments.rollout.control_loop import Loop, control_loop
 from experiments.rollout.controller import Controller
-from physics import Simulator
-from physics.scene.clock import steps_in
+from experiments.rollout.scenarios import Scenarios, damage
+from physics import Apparatus, Morphology, Simulator
 
-__all__ = ["Life", "Loop", "Stepwise", "driver", "live"]
-
-Loop = Literal["auto", "fused", "torch"]
+__all__ = ["Episode", "Outcome", "simulator", "start_episode"]
 
 
 @dataclass(frozen=True)
-class Life:
-    """What became of N robots.
+class Outcome:
+    """What came out for N robots.
 
     Attributes:
-        speed: mean velocity along x [m/s], shape (N,), float64; NaN where the life failed.
-        failed: whether the world became non-finite, shape (N,), bool.
-        state: of the networks at the end.
-        trace: robot's centre after each control step [m], shape (T, N, 2), if asked for.
+        speed: Mean velocity along x [m/s], shape (N,), float64; NaN where the world failed.
+        failed: Whether the world became non-finite, shape (N,), bool.
+        state: The networks' state at the end.
+        trace: The robots' centres after each control step [m], shape (T, N, 2), if asked for.
     """
 
     speed: Tensor
@@ -36,111 +40,172 @@ class Life:
     trace: Tensor | None = None
 
 
-@torch.no_grad()
-def live(
-    sim: Simulator,
-    network: Controller,
-    duration: float,
-    *,
-    state: hebbtorch.State | None = None,
-    trace: bool = False,
-    loop: Loop = "auto",
-) -> Life:
-    """Let N robots live.
+class Episode:
+    """N robots at the beginning of their episodes, and then as far as they were run.
 
     The first control step has zero actuation; what the networks answer to its readings acts in
     the next one. Speed is measured between the ends of the first and of the last step.
 
-    Args:
-        sim: N worlds; they are reset.
-        network: N networks, with their genomes.
-        duration: length of a life [s].
-        state: of the networks at birth; default: their initial state.
-        trace: whether to keep the way of the robots' centres.
-        loop: see `driver`.
-
-    Raises:
-        ValueError: the networks do not fit the worlds, or are none that "fused" knows.
-    """
-    state = network.initial_state() if state is None else state
-    drive = driver(sim, network, state, loop)
-    sim.reset()
-    n_steps = steps_in(duration)
-    drive.run(sim, 1)
-    start, birth = sim.center_of_mass().double(), sim.time
-    way = [start]
-    if trace:
-        for _ in range(n_steps - 1):
-            drive.run(sim, 1)
-            way.append(sim.center_of_mass().double())
-    else:
-        drive.run(sim, n_steps - 1)
-    failed = sim.failed()
-    speed = (sim.center_of_mass().double() - start)[:, 0] / (sim.time - birth)
-    return Life(
-        speed=torch.where(failed, torch.nan, speed),
-        failed=failed,
-        state=drive.state(),
-        trace=torch.stack(way) if trace else None,
-    )
-
-
-class Stepwise:
-    """The control loop through PyTorch, for any network that is called as hebbtorch's are.
-
-    It is the plain form of `fused.Brain`, which has the same methods.
+    Attributes:
+        sim: The N worlds; they are reset.
+        network: The N networks, with their genomes.
+        n_steps: Control steps of the whole episode.
+        steps_done: Control steps so far.
+        loop: What drives the robots.
     """
 
-    def __init__(self, sim: Simulator, network: Controller, state: hebbtorch.State) -> None:
-        self._network = network
-        self._state = state
-        self._actuation = torch.zeros(
-            sim.n_worlds, sim.n_voxels, dtype=sim.dtype, device=sim.device
+    def __init__(
+        self,
+        sim: Simulator,
+        network: Controller,
+        duration: float,
+        *,
+        state: hebbtorch.State | None = None,
+        loop: Loop = "auto",
+    ) -> None:
+        """Reset the worlds, and hand the robots to their networks.
+
+        Args:
+            sim: N worlds.
+            network: N networks, with their genomes.
+            duration: Length of the episode [s], rounded up to whole control steps.
+            state: Of the networks at the beginning; by default their `initial_state()`.
+            loop: See `control_loop`.
+
+        Raises:
+            ValueError: the networks do not fit the worlds, or are none that "fused" knows.
+        """
+        self.sim = sim
+        self.network = network
+        self.n_steps = sim.control_steps(duration)
+        self.steps_done = 0
+        self.loop = control_loop(
+            sim, network, network.initial_state() if state is None else state, loop
         )
+        sim.reset()
+        self._first: tuple[Tensor, float] | None = None
 
-    def run(self, sim: Simulator, steps: int) -> None:
-        """Act, sense and think, for some control steps."""
-        for _ in range(steps):
-            readings = sim.step(self._actuation)
-            self._actuation, self._state = self._network(readings, self._state)
+    @torch.no_grad()
+    def run(self, steps: int) -> None:
+        """Go on for some control steps."""
+        if self._first is None and steps > 0:
+            self.loop.run(self.sim, 1)
+            self._first = self._center(), self.sim.time
+            self.steps_done, steps = 1, steps - 1
+        self.loop.run(self.sim, steps)
+        self.steps_done += steps
+
+    def freeze(self) -> None:
+        """End learning: from now on the weights stay as they are."""
+        self.loop.freeze()
+
+    def run_until(self, seconds: float) -> None:
+        """Go on up to a time of the episode [s]."""
+        self.run(self.sim.control_steps(seconds) - self.steps_done)
+
+    @torch.no_grad()
+    def finish(self, *, trace: bool = False) -> Outcome:
+        """Go on to the end.
+
+        Args:
+            trace: Whether to keep the robots' centres from now on, step by step.
+        """
+        self.run(1 if self.steps_done == 0 else 0)
+        way = [self._center()]
+        if trace:
+            while self.steps_done < self.n_steps:
+                self.run(1)
+                way.append(self._center())
+        self.run(self.n_steps - self.steps_done)
+        failed = self.sim.failed()
+        return Outcome(
+            speed=torch.where(failed, torch.nan, self._speed()),
+            failed=failed,
+            state=self.state(),
+            trace=torch.stack(way) if trace else None,
+        )
 
     def state(self) -> hebbtorch.State:
-        """The weights as they are now."""
-        return self._state
+        """The state of the networks as it is now."""
+        return self.loop.state()
+
+    def _center(self) -> Tensor:
+        return self.sim.center_of_mass().double()
+
+    def _speed(self) -> Tensor:
+        """Mean velocity along x since the end of the first step [m/s], shape (N,)."""
+        assert self._first is not None
+        center, time = self._first
+        return (self._center() - center)[:, 0] / (self.sim.time - time)
 
 
-def _is_own(network: Controller) -> bool:
-    """Whether the kernel computes what the network does: nothing in it is overridden."""
-    if type(network) is hebbtorch.StaticMLP:
-        return True
-    return (
-        type(network) is hebbtorch.HebbianMLP
-        and all(type(layer) is hebbtorch.HebbianLinear for layer in network.layers)
-        and len({layer.normalize for layer in network.layers}) == 1
-    )
-
-
-def driver(
-    sim: Simulator, network: Controller, state: hebbtorch.State, loop: Loop = "auto"
-) -> fused.Brain | Stepwise:
-    """What makes N robots act, sense and think: `run(sim, steps)`, and their weights, `state()`.
+def start_episode(
+    config: EvolveConfig,
+    genomes: Tensor,
+    scenarios: Scenarios,
+    *,
+    shape: Morphology | None = None,
+    sensors: Apparatus | None = None,
+    network: Controller | None = None,
+    **physics: Any,
+) -> Episode:
+    """Begin the episodes of individuals, each in a world of its own.
 
     Args:
-        sim: N worlds, newborn by the first step.
-        network: N networks, with their genomes.
-        state: of the networks at birth.
-        loop: "fused" runs the networks within the simulator's kernel, "torch" step by step;
-            "auto" is "fused" for hebbtorch's own networks. They agree but for rounding.
+        config: The conditions: shape, sensors, controller, noise, damage, duration and so on. Its
+            terrain and seed do not count, since the scenarios have their own.
+        genomes: One per individual, shape (N, G).
+        scenarios: What each individual meets, N of them.
+        shape: A body in place of the options'.
+        sensors: An apparatus in place of the options'.
+        network: Networks of N individuals to use again, as `controller.build` made them.
+        physics: Other keywords of `Simulator` in place of what the options say, such as engine,
+            gravity or damage.
 
     Raises:
-        ValueError: the networks do not fit the worlds, or are none that "fused" knows.
+        ValueError: genomes and scenarios are not equally many, or the genomes do not fit.
     """
-    is_own = _is_own(network)
-    if loop == "fused" and not is_own:
+    if len(genomes) != len(scenarios):
         raise ValueError(
-            "loop: expected auto or torch for a network that is not hebbtorch's own, got fused "
-            f"for {type(network).__name__}"
+            f"scenarios: expected {len(genomes)}, one per genome, got {len(scenarios)}"
         )
-    if is_own and loop != "torch":
-        return fused.pack(sim, network, state)
-    return Stepwise(sim, network, state)
+    if network is None:
+        network = controller.build(config, len(genomes), shape, sensors)
+    network.set_genomes(genomes)
+    sim = simulator(config, scenarios, shape=shape, sensors=sensors, **physics)
+    state = controller.initial_state(network, config.init, scenarios.init_seeds)
+    return Episode(sim, network, config.duration, state=state, loop=config.loop)
+
+
+def simulator(
+    config: EvolveConfig,
+    scenarios: Scenarios,
+    *,
+    shape: Morphology | None = None,
+    sensors: Apparatus | None = None,
+    **physics: Any,
+) -> Simulator:
+    """The worlds of some scenarios, without controllers.
+
+    Args:
+        config: As for `start_episode`, like the rest.
+        scenarios: What the worlds are, N of them.
+        shape: A body in place of the options'.
+        sensors: An apparatus in place of the options'.
+        physics: Other keywords of `Simulator` in place of what the options say.
+    """
+    options: dict[str, Any] = {
+        "noise": config.noise,
+        "control_interval": config.control_interval,
+        "damage": damage(config),
+        "device": config.device,
+        "threads": config.threads,
+    }
+    return Simulator(
+        shape or config.shape,
+        scenarios.terrains,
+        n_worlds=len(scenarios),
+        sensors=sensors or config.sensors,
+        seed=scenarios.world_seeds,
+        **(options | physics),
+    )

@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable
 
+import torch
 from torch import Tensor
 
-from experiments.config import EvolveConfig, fresh_terrain
-from experiments.rollout import controller, seeds
-from experiments.rollout.episode import Life, live
-from physics import Damage, Simulator, Terrain
+from experiments.config import EvolveConfig
+from experiments.rollout import controller
+from experiments.rollout.episode import Episode, Outcome, start_episode
+from experiments.rollout.scenarios import Scenarios
+from physics import Apparatus, Engine, Morphology, Terrain
 
-__all__ = ["Evaluator", "lives", "world"]
+__all__ = ["Evaluator", "Fitness", "Objective", "fitness"]
+
+Objective = Callable[[Episode], Tensor]
+"""Runs the episodes of B individuals; returns their values, shape (B,) or (B, K)."""
 
 
 class Evaluator:
     """Evaluates the populations of all runs of an evolution at once.
 
     Attributes:
-        n_genes: genes of one individual, G.
+        n_genes: Genes of one individual, G.
     """
 
     def __init__(self, config: EvolveConfig) -> None:
@@ -26,71 +31,124 @@ class Evaluator:
         self._networks = controller.build(config, config.runs * config.population)
         self.n_genes: int = self._networks.n_genes
 
-    def __call__(self, genomes: Tensor, generation: int) -> Life:
-        """Let every individual live once.
+    def __call__(self, genomes: Tensor, generation: int) -> Outcome:
+        """Run one episode for every individual.
 
         Args:
-            genomes: shape (runs, population, G).
-            generation: from 1; with the seed of a run and the index of an individual it decides
-                the terrain, the noise, the damage and the weights at birth.
+            genomes: Shape (runs, population, G).
+            generation: From 1; with the seed of a run and the index of an individual it decides
+                the terrain, the noise, the damage and the initial weights.
 
         Returns:
-            The lives of all individuals, run by run; N = runs * population.
+            What came out for all individuals, run by run; N = runs * population.
         """
         config = self._config
-        individuals = [
-            (config.seed + run, generation, individual)
-            for run in range(config.runs)
-            for individual in range(config.population)
-        ]
-        terrains = [
-            Terrain.from_name(fresh_terrain(config.terrain, seeds.terrain_seed(*each)))
-            for each in individuals
-        ]
-        worlds = [seeds.derive(run, "world", *rest) for run, *rest in individuals]
-        births = [seeds.derive(run, "init", *rest) for run, *rest in individuals]
-        self._networks.set_genomes(genomes.flatten(0, 1))
-        return lives(config, self._networks, terrains, worlds, births)
+        scenarios = Scenarios.training(
+            config.terrain,
+            (
+                (config.seed + run, generation, individual)
+                for run in range(config.runs)
+                for individual in range(config.population)
+            ),
+        )
+        return start_episode(
+            config, genomes.flatten(0, 1), scenarios, network=self._networks
+        ).finish()
 
 
-def lives(
+class Fitness:
+    """Evolution's own evaluation as a function of genomes; `fitness` makes it.
+
+    Attributes:
+        n_genes: Genes of one individual, G.
+    """
+
+    def __init__(
+        self,
+        config: EvolveConfig,
+        shape: Morphology,
+        sensors: Apparatus,
+        terrain: str | Terrain,
+        engine: Engine | None,
+        objective: Objective,
+    ) -> None:
+        self._config = config
+        self._shape = shape
+        self._sensors = sensors
+        self._terrain = terrain
+        self._engine = engine
+        self._objective = objective
+        self.n_genes: int = controller.build(config, 1, shape, sensors).n_genes
+
+    def __call__(self, genomes: Tensor, generation: int) -> Tensor:
+        """Evaluate genomes.
+
+        Args:
+            genomes: Shape (B, G), any B.
+            generation: From 1.
+
+        Returns:
+            Values of shape (B,), or (B, K) for an objective with K values; NaN where the
+            simulation failed.
+
+        Raises:
+            ValueError: the genomes are not (B, G), or the generation is below 1.
+        """
+        if genomes.ndim != 2 or genomes.shape[1] != self.n_genes:
+            raise ValueError(
+                f"genomes: expected shape (B, {self.n_genes}), got {tuple(genomes.shape)}"
+            )
+        if generation < 1:
+            raise ValueError(f"generation: expected an integer >= 1, got {generation!r}")
+        seed = self._config.seed
+        scenarios = Scenarios.training(
+            self._terrain, ((seed, generation, b) for b in range(len(genomes)))
+        )
+        episode = start_episode(
+            self._config,
+            genomes,
+            scenarios,
+            shape=self._shape,
+            sensors=self._sensors,
+            engine=self._engine,
+        )
+        values = self._objective(episode)
+        failed = episode.sim.failed().to(values.device)
+        return torch.where(failed.reshape(-1, *[1] * (values.ndim - 1)), torch.nan, values)
+
+
+def fitness(
     config: EvolveConfig,
-    networks: controller.Controller,
-    terrains: list[Terrain],
-    worlds: list[int],
-    births: list[int],
-) -> Life:
-    """Let every network of a population live once, each in a world of its own.
+    shape: Morphology | None = None,
+    sensors: Apparatus | None = None,
+    terrain: str | Terrain | None = None,
+    engine: Engine | None = None,
+    objective: Objective | None = None,
+) -> Fitness:
+    """Evolution's own evaluation as a plain function, for any optimizer.
+
+    Individual b of a call gets the terrain, noise, damage and initial weights that an evolution
+    with one run gives individual b of that generation: the values are evolution's, bit for bit,
+    in batches of any size.
 
     Args:
-        config: the conditions: shape, sensors, noise, damage, duration.
-        networks: N of them, with genomes.
-        terrains: N terrains.
-        worlds: N seeds of noise and damage.
-        births: N seeds of the weights at birth.
+        config: The options; its population and runs do not count.
+        shape: A body in place of the options'.
+        sensors: An apparatus in place of the options'; for another body than the options' it is
+            by default theirs, applied to that body.
+        terrain: A Terrain, or another name, in place of the options'.
+        engine: Settings of the physics engine in place of the defaults.
+        objective: What to measure; by default the speed [m/s]. It is given the `Episode` before
+            its first step, runs it as it likes and returns values of shape (B,) or (B, K).
+
+    Returns:
+        The function, (genomes (B, G), generation from 1) -> values, with its number of genes.
+
+    Raises:
+        ValueError: an option is wrong.
     """
-    sim = world(config, terrains, worlds)
-    state = controller.birth(networks, config.init, births)
-    return live(sim, networks, config.duration, state=state, loop=config.loop)
-
-
-def world(config: EvolveConfig, terrains: list[Terrain], world_seeds: list[int]) -> Simulator:
-    """The worlds in which the robots of an evolution live.
-
-    Args:
-        config: the conditions: shape, sensors, noise, damage (at half of the duration).
-        terrains: N terrains.
-        world_seeds: N seeds of noise and damage.
-    """
-    damage = Damage.from_name(config.damage)
-    return Simulator(
-        config.shape,
-        terrains,
-        n_worlds=len(terrains),
-        sensors=config.sensors,
-        noise=config.noise,
-        device=config.device,
-        seed=world_seeds,
-        damage=None if damage is None else replace(damage, time=config.duration / 2),
-        threads=config.threads,
-    )
+    body = shape or Morphology.from_name(config.shape)
+    apparatus = Apparatus.of(sensors or config.sensors, body)
+    ground = config.terrain if terrain is None else terrain
+    measure = objective or (lambda episode: episode.finish().speed)
+    return Fitness(config, body, apparatus, ground, engine, measure)

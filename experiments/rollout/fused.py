@@ -35,101 +35,99 @@ _W, _A, _B, _C, _D = range(_PLASTIC_ITEMS)
 
 
 @ti.func
-def _integer(brain: ti.template(), g, item):
+def _integer(brain: ti.template(), item):
     """An integer kept in the row; it is the same in every lane."""
-    return ti.cast(brain[g, item][0], ti.i32)
+    return ti.cast(brain[item][0], ti.i32)
 
 
 @ti.func
-def _think(S: ti.template(), brain: ti.template(), g, m: ti.template(), T: ti.template()):
+def _think(S: ti.template(), brain: ti.template(), m: ti.template(), T: ti.template()):
     """Readings -> network -> actuation of the next step, and one plastic update (Eq. 1, 3).
 
     A row of weights is updated as soon as its neuron is known: no other neuron of this step
     reads that row again, so all layers still act under the weights of before the update.
     """
-    layers = _integer(brain, g, _LAYERS)
-    stride = _integer(brain, g, _STRIDE)
-    plastic = _integer(brain, g, _PLASTIC)
-    normalize = _integer(brain, g, _NORMALIZE)
-    alive = S[g, m.header + lay.H_ALIVE] > T.f(0.0)
+    layers = _integer(brain, _LAYERS)
+    stride = _integer(brain, _STRIDE)
+    plastic = _integer(brain, _PLASTIC)
+    normalize = _integer(brain, _NORMALIZE)
+    alive = S[m.header + lay.H_ALIVE] > T.f(0.0)
     neurons = 0
     for layer in range(layers + 1):
-        neurons += _integer(brain, g, _SIZES + layer)
+        neurons += _integer(brain, _SIZES + layer)
     pre = _SIZES + layers + 1
     row = pre + neurons
-    n_in = _integer(brain, g, _SIZES)
+    n_in = _integer(brain, _SIZES)
     for i in range(n_in):
-        brain[g, pre + i] = S[g, m.reading_block + i]
+        brain[pre + i] = S[m.reading_block + i]
     for layer in range(layers):
-        n_out = _integer(brain, g, _SIZES + layer + 1)
+        n_out = _integer(brain, _SIZES + layer + 1)
         post = pre + n_in
         for j in range(n_out):
-            y = tanh(_weighted_sum(brain, g, row, stride, pre, n_in, T), T)
-            brain[g, post + j] = y
+            y = tanh(_weighted_sum(brain, row, stride, pre, n_in, T), T)
+            brain[post + j] = y
             if plastic != 0:
-                squares = _update_row(brain, g, row, pre, n_in, y, alive, T)
+                squares = _update_row(brain, row, pre, n_in, y, alive, T)
                 if normalize == _L2:
-                    _scale_row(brain, g, row, n_in, squares, T)
+                    _scale_row(brain, row, n_in, squares, T)
                 if normalize == _MINMAX:
-                    _stretch_row(brain, g, row, n_in, T)
+                    _stretch_row(brain, row, n_in, T)
             row += stride * n_in
         pre = post
         n_in = n_out
     for v in range(m.voxels):
-        actuation.command(S, g, m, v, brain[g, pre + v], T)
+        actuation.command(S, m, v, brain[pre + v], T)
 
 
 @ti.func
-def _weighted_sum(brain: ti.template(), g, row, stride, pre, n_in, T: ti.template()):
+def _weighted_sum(brain: ti.template(), row, stride, pre, n_in, T: ti.template()):
     """The input of one neuron."""
     total = T.vec(0.0)
     for i in range(n_in):
-        total += brain[g, row + stride * i] * brain[g, pre + i]
+        total += brain[row + stride * i] * brain[pre + i]
     return total
 
 
 @ti.func
-def _update_row(brain: ti.template(), g, row, pre, n_in, y, alive, T: ti.template()):
+def _update_row(brain: ti.template(), row, pre, n_in, y, alive, T: ti.template()):
     """Changes the incoming weights of one neuron; returns the sum of their squares."""
     squares = T.vec(0.0)
     for i in range(n_in):
-        o = row + _PLASTIC_ITEMS * i
-        x = brain[g, pre + i]
+        synapse = brain.at[row + _PLASTIC_ITEMS * i]
+        x = brain[pre + i]
         # Eq. (3), factored as y (A x + C) + (B x + D)
-        change = y * (brain[g, o + _A] * x + brain[g, o + _C]) + (
-            brain[g, o + _B] * x + brain[g, o + _D]
-        )
-        w = brain[g, o + _W]
+        change = y * (synapse[_A] * x + synapse[_C]) + (synapse[_B] * x + synapse[_D])
+        w = synapse[_W]
         w = ti.select(alive, w + change, w)  # Eq. (1); worlds that are over learn no more
-        brain[g, o + _W] = w
+        synapse[_W] = w
         squares += w * w
     return squares
 
 
 @ti.func
-def _scale_row(brain: ti.template(), g, row, n_in, squares, T: ti.template()):
+def _scale_row(brain: ti.template(), row, n_in, squares, T: ti.template()):
     """Divides the incoming weights of one neuron by their Euclidean norm (Sec. IV-C)."""
     norm = ti.select(squares > T.f(0.0), ti.sqrt(squares), T.vec(1.0))
     for i in range(n_in):
-        o = row + _PLASTIC_ITEMS * i
-        brain[g, o] = brain[g, o] / norm
+        synapse = brain.at[row + _PLASTIC_ITEMS * i]
+        synapse[_W] = synapse[_W] / norm
 
 
 @ti.func
-def _stretch_row(brain: ti.template(), g, row, n_in, T: ti.template()):
+def _stretch_row(brain: ti.template(), row, n_in, T: ti.template()):
     """Maps the incoming weights of one neuron onto [-1, 1]."""
-    low, high = brain[g, row], brain[g, row]
+    low, high = brain[row], brain[row]
     for i in range(1, n_in):
-        w = brain[g, row + _PLASTIC_ITEMS * i]
+        w = brain[row + _PLASTIC_ITEMS * i]
         low = ti.min(low, w)
         high = ti.max(high, w)
     span = high - low
     zero, one = T.vec(0.0), T.vec(1.0)
     for i in range(n_in):
-        o = row + _PLASTIC_ITEMS * i
-        w = brain[g, o]
+        synapse = brain.at[row + _PLASTIC_ITEMS * i]
+        w = synapse[_W]
         spread = (w - low) / ti.select(span > zero, span, one) * T.f(2.0) - one
-        brain[g, o] = ti.select(span > zero, spread, w)
+        synapse[_W] = ti.select(span > zero, spread, w)
 
 
 @lru_cache
@@ -155,6 +153,10 @@ class Brain:
     def run(self, sim: Simulator, steps: int) -> None:
         """Lets the worlds of ``sim`` live for some control steps."""
         sim.run_closed_loop(_kernel, self.items, steps)
+
+    def freeze(self) -> None:
+        """Ends learning: from now on the weights stay as they are."""
+        self.items[:, _PLASTIC] = 0.0
 
     def activations(self) -> tuple[Tensor, ...]:
         """Of all neurons in the last step, the inputs first: per layer (worlds, neurons)."""

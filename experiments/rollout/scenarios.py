@@ -1,59 +1,96 @@
-"""What lives of a re-assessment meet: terrain, noise, damage and weights at birth, by seeds."""
+"""What episodes meet: terrain, sensor noise, damage and initial weights, all decided by seeds."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from experiments.config import fresh_terrain
+from experiments.config import EvolveConfig
 from experiments.rollout import seeds
-from physics import Terrain
+from physics import Damage, Terrain
 
-__all__ = ["Grounds"]
+__all__ = ["Scenarios", "damage"]
 
 
 @dataclass(frozen=True)
-class Grounds:
-    """What S lives meet.
+class Scenarios:
+    """What S episodes meet, one robot each.
 
     Attributes:
-        names: of the terrains, S of them.
-        worlds: seeds of noise and damage.
-        births: seeds of the weights at birth.
+        terrains: The terrain of each episode, S of them.
+        world_seeds: Seeds of sensor noise and damage, S of them.
+        init_seeds: Seeds of the initial weights, S of them.
     """
 
-    names: list[str]
-    worlds: list[int]
-    births: list[int]
+    terrains: list[Terrain]
+    world_seeds: list[int]
+    init_seeds: list[int]
 
     @classmethod
-    def unseen(cls, terrain: str, terrain_seeds: Sequence[int], seed: int) -> Grounds:
-        """Terrains of one kind.
+    def training(
+        cls, terrain: str | Terrain, individuals: Iterable[tuple[int, int, int]]
+    ) -> Scenarios:
+        """What individuals meet when an evolution evaluates them.
 
         Args:
-            terrain: such as "hilly-3-30"; a full name or "flat" is the same every time, with
+            terrain: A kind of terrain ("hilly-3-30", one of its own for every individual), a full
+                name ("hilly-3-30-7", the same for all) or a Terrain.
+            individuals: The seed of the run, the generation from 1 and the index of each.
+        """
+        each = list(individuals)
+        return cls(
+            [_terrain(terrain, seeds.terrain_seed(*one)) for one in each],
+            [seeds.derive(run, "world", *rest) for run, *rest in each],
+            [seeds.derive(run, "init", *rest) for run, *rest in each],
+        )
+
+    @classmethod
+    def unseen(
+        cls, terrain: str | Terrain, terrain_seeds: Sequence[int], seed: int = 0
+    ) -> Scenarios:
+        """Test terrains of one kind, which no evolution meets.
+
+        Args:
+            terrain: As for `training`; a full name or a Terrain is the same every time, with
                 other noise and damage.
-            terrain_seeds: of S terrains, such as `seeds.unseen_terrain_seeds(S)`.
-            seed: decides noise, damage and the weights at birth.
+            terrain_seeds: Seeds of S terrains, such as `seeds.unseen_terrain_seeds(S)`.
+            seed: Decides noise, damage and the initial weights.
         """
         return cls(
-            [fresh_terrain(terrain, each) for each in terrain_seeds],
+            [_terrain(terrain, each) for each in terrain_seeds],
             [seeds.derive(seed, "unseen", each) for each in terrain_seeds],
             [seeds.derive(seed, "unseen-init", each) for each in terrain_seeds],
         )
 
-    def __add__(self, other: Grounds) -> Grounds:
-        return Grounds(
-            self.names + other.names, self.worlds + other.worlds, self.births + other.births
+    @property
+    def names(self) -> list[str]:
+        """Names of the terrains."""
+        return [terrain.name for terrain in self.terrains]
+
+    def __add__(self, other: Scenarios) -> Scenarios:
+        return Scenarios(
+            self.terrains + other.terrains,
+            self.world_seeds + other.world_seeds,
+            self.init_seeds + other.init_seeds,
         )
 
-    def __mul__(self, times: int) -> Grounds:
-        return Grounds(self.names * times, self.worlds * times, self.births * times)
+    def __mul__(self, times: int) -> Scenarios:
+        return Scenarios(self.terrains * times, self.world_seeds * times, self.init_seeds * times)
 
     def __len__(self) -> int:
-        return len(self.names)
+        return len(self.terrains)
 
-    def terrains(self) -> list[Terrain]:
-        """The terrains themselves."""
-        built = {name: Terrain.from_name(name) for name in set(self.names)}
-        return [built[name] for name in self.names]
+
+def damage(config: EvolveConfig) -> Damage | None:
+    """The damage of an episode: None, or as in the paper (Sec. IV-B) one half of the voxels.
+
+    Args:
+        config: The options; voxels break at half of its duration.
+    """
+    if config.damage == "none":
+        return None
+    return Damage(probability=0.5, time=config.duration / 2)
+
+
+def _terrain(spec: str | Terrain, seed: int) -> Terrain:
+    return spec if isinstance(spec, Terrain) else Terrain.from_name(spec, seed)

@@ -11,11 +11,10 @@ import safetensors.torch
 from torch import Tensor
 
 from experiments.config import EvolveConfig
-from experiments.runs.folder import write_atomically
+from experiments.files.atomic import write_atomically
+from experiments.runs.names import CHAMPIONS
 
 __all__ = ["Champions"]
-
-_FILE = "champion.safetensors"
 
 
 @dataclass(frozen=True)
@@ -41,8 +40,8 @@ class Champions:
         """Write the file into a run's folder, in place of the one that may be there."""
         tensors = {"genomes": self.genomes.contiguous(), "fitness": self.fitness.double()}
         content = safetensors.torch.save(tensors, metadata={"config": self.config.to_json()})
-        write_atomically(folder / _FILE, content)
-        return folder / _FILE
+        write_atomically(folder / CHAMPIONS, content)
+        return folder / CHAMPIONS
 
     @classmethod
     def load(cls, folder: Path) -> Champions:
@@ -51,10 +50,11 @@ class Champions:
         Raises:
             ValueError: there is none, or it is damaged.
         """
-        path = folder / _FILE
+        path = folder / CHAMPIONS
         if not path.is_file():
             raise ValueError(
-                f"run: expected the folder of a finished run, got {str(folder)!r} without {_FILE}; "
+                f"run: expected the folder of a finished run, got {str(folder)!r} without "
+                f"{CHAMPIONS}; "
                 f"finish it with `hebbtorch evolve --resume {folder}`"
             )
         try:

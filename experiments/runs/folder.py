@@ -3,6 +3,7 @@
 - config.json: the options.
 - checkpoint.pt: all it takes to go on exactly, replaced after every generation.
 - history.csv: fitness, one row per run and generation.
+- archive.safetensors: the best genome of each run in every 25th generation.
 - champion.safetensors: the best genome of each run, once the evolution is finished.
 - events.out.tfevents.*: TensorBoard; in run-0/, run-1/ ... and over-runs/ for several runs.
 - lock: held by the process that writes here.
@@ -10,7 +11,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import io
 import os
 import secrets
@@ -25,19 +25,18 @@ from typing import IO, Any
 import torch
 
 from experiments.config import EvolveConfig
+from experiments.files.atomic import write_atomically
+from experiments.files.locks import LOCK, lock_folder
 from experiments.runs.history import History
+from experiments.runs.names import CHECKPOINT, CONFIG, HISTORY
 
 __all__ = [
     "Checkpoint",
     "RunStore",
-    "lock_folder",
-    "make_room",
     "read_checkpoint",
     "read_config",
-    "write_atomically",
 ]
 
-_CONFIG, _CHECKPOINT, _LOCK = "config.json", "checkpoint.pt", "lock"
 _FORMAT = 1  # of checkpoint.pt
 
 
@@ -67,7 +66,7 @@ class RunStore:
     @property
     def history_file(self) -> Path:
         """Where history.csv is."""
-        return self.folder / "history.csv"
+        return self.folder / HISTORY
 
     @classmethod
     def create(cls, folder: Path, config: EvolveConfig, start: Checkpoint) -> RunStore:
@@ -88,7 +87,7 @@ class RunStore:
             with ExitStack() as undo:
                 undo.callback(shutil.rmtree, draft, ignore_errors=True)
                 store = cls(draft, config, undo.enter_context(lock_folder(draft)))
-                (draft / _CONFIG).write_text(config.to_json(), encoding="utf-8")
+                (draft / CONFIG).write_text(config.to_json(), encoding="utf-8")
                 store.save(start)
                 start.history.write(store.history_file)
                 os.rename(draft, folder)  # fails if something came between
@@ -132,7 +131,7 @@ class RunStore:
         torch.save(content, buffer)
         self.require_own()
         with _readable_errors(self.folder):
-            write_atomically(self.folder / _CHECKPOINT, buffer.getvalue())
+            write_atomically(self.folder / CHECKPOINT, buffer.getvalue())
 
     def require_own(self) -> None:
         """See that the folder is still the one that this process has locked.
@@ -140,7 +139,7 @@ class RunStore:
         Raises:
             ValueError: it was moved or deleted; another run may be in its place.
         """
-        lock = self.folder / _LOCK
+        lock = self.folder / LOCK
         held = os.fstat(self._lock.fileno())
         if not (lock.exists() and os.path.samestat(held, lock.stat())):
             raise ValueError(
@@ -165,10 +164,10 @@ def read_config(folder: Path) -> EvolveConfig:
     Raises:
         ValueError: the folder is not a run's, or its options cannot be read.
     """
-    path = folder / _CONFIG
+    path = folder / CONFIG
     if not path.is_file():
         raise ValueError(
-            f"run: expected the folder of a run, got {str(folder)!r} without {_CONFIG}; "
+            f"run: expected the folder of a run, got {str(folder)!r} without {CONFIG}; "
             "name a folder that `hebbtorch evolve` wrote"
         )
     try:
@@ -177,35 +176,6 @@ def read_config(folder: Path) -> EvolveConfig:
     except (ValueError, OSError) as error:
         raise ValueError(f"run: cannot use {str(path)!r}: {error}") from error
     return config
-
-
-def make_room(file: Path | None, folder: Path | None) -> None:
-    """Make the folders that results will be written into, before minutes are spent on them.
-
-    Args:
-        file: of the option --json, if asked for.
-        folder: of the option --out, if asked for.
-
-    Raises:
-        ValueError: the file is a folder, or the folder a file.
-    """
-    if file is not None and file.is_dir():
-        raise ValueError(f"json: expected a file to write, got the folder {file}")
-    if folder is not None and folder.exists() and not folder.is_dir():
-        raise ValueError(f"out: expected a folder, got the file {folder}")
-    for each in (folder, file and file.parent):
-        if each is not None:
-            each.mkdir(parents=True, exist_ok=True)
-
-
-def write_atomically(path: Path, content: bytes) -> None:
-    """Replace a file by new content; it is never seen half written, not even after a crash."""
-    temporary = path.with_name(path.name + ".tmp")
-    with temporary.open("wb") as file:
-        file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(temporary, path)
 
 
 def read_checkpoint(folder: Path, config: EvolveConfig) -> Checkpoint:
@@ -218,7 +188,7 @@ def read_checkpoint(folder: Path, config: EvolveConfig) -> Checkpoint:
     Raises:
         ValueError: the checkpoint is damaged, or of another run.
     """
-    path = folder / _CHECKPOINT
+    path = folder / CHECKPOINT
     try:
         # torch.load does not look at the checksums.
         with zipfile.ZipFile(path) as archive:
@@ -241,7 +211,7 @@ def read_checkpoint(folder: Path, config: EvolveConfig) -> Checkpoint:
         ) from error
     if saved_config != config:
         raise ValueError(
-            f"resume: {_CONFIG} in {str(path.parent)!r} is not the one this run started with; "
+            f"resume: {CONFIG} in {str(path.parent)!r} is not the one this run started with; "
             "undo the change, or start again with another --out"
         )
     return checkpoint
@@ -256,23 +226,6 @@ def _refuse_occupied(folder: Path) -> None:
             )
     elif folder.exists():
         raise ValueError(f"out: expected a folder, got the file {str(folder)!r}; choose another")
-
-
-def lock_folder(folder: Path) -> IO[str]:
-    """Lock a folder for as long as the file returned is open in this process.
-
-    Raises:
-        ValueError: another process has locked it.
-    """
-    file = (folder / _LOCK).open("a")
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        file.close()
-        raise ValueError(
-            f"run: another process is working in {str(folder)!r}; wait until it has finished"
-        ) from None
-    return file
 
 
 @contextmanager

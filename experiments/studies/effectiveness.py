@@ -11,7 +11,7 @@ STUDY = Study(
     name="effectiveness",
     question="Do evolved rules of learning move a robot faster than evolved weights?",
     grids=(Grid(axes={**ALL_BODIES, "controller": ("hebbian", "mlp")}),),
-    figures=("effectiveness", "evolution"),
+    figures=("effectiveness", "evolution", "takeoff", "profiles"),
 )
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ STUDY = Study(
     name="generalization",
     question="Do the champions move as well on terrains that they never met?",
     grids=(Grid(axes={**ALL_BODIES, "controller": ("hebbian", "mlp")}),),
-    analyses=("unseen_terrains",),
+    analyses=("unseen_terrains", "generalized"),
     figures=("generalization",),
 )
 

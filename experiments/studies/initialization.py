@@ -10,7 +10,7 @@ __all__ = ["STUDY"]
 STUDY = Study(
     name="initialization",
     question="Does it matter whether weights are zero or random at birth?",
-    grids=(Grid(axes={**ALL_BODIES, "init": ("zero", "uniform")}),),
+    grids=(Grid(axes={**ALL_BODIES, "init": ("zeros", "uniform")}),),
     figures=("initialization",),
 )
 

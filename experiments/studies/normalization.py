@@ -13,8 +13,8 @@ __all__ = ["STUDY"]
 STUDY = Study(
     name="normalization",
     question="Does it take diverging weights to move fast, and to keep what was learned?",
-    grids=(Grid(axes={**HIGH_BODIES, "normalize": ("none", "l2", "minmax")}),),
-    analyses=("frozen",),
+    grids=(Grid(axes={**HIGH_BODIES, "normalize": (None, "l2", "minmax")}),),
+    analyses=("frozen", "paired_speeds"),
     figures=("normalization", "normalized_freezing"),
 )
 

@@ -7,15 +7,18 @@ from pathlib import Path
 
 from experiments.campaign.study import Study, read_study
 from experiments.studies import (
+    control_interval,
     damage,
     effectiveness,
     generalization,
     initialization,
     learning_rate,
     normalization,
+    papers_code,
     pruning,
     rule_sharing,
     rule_terms,
+    static_gain,
     true_learning,
     validation_matrix,
     weight_dynamics,
@@ -34,11 +37,15 @@ _PAPER = (
     rule_sharing,
     initialization,
 )
+_CONTROLS = (static_gain, control_interval, papers_code)
 _BEYOND = (rule_terms, pruning, validation_matrix)
 
-STUDIES: Mapping[str, Study] = {script.STUDY.name: script.STUDY for script in (*_PAPER, *_BEYOND)}
+STUDIES: Mapping[str, Study] = {
+    script.STUDY.name: script.STUDY for script in (*_PAPER, *_CONTROLS, *_BEYOND)
+}
 GROUPS: Mapping[str, tuple[str, ...]] = {
     "paper": tuple(script.STUDY.name for script in _PAPER),
+    "controls": tuple(script.STUDY.name for script in _CONTROLS),
     "all": tuple(STUDIES),
 }
 

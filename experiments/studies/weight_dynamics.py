@@ -10,8 +10,8 @@ __all__ = ["STUDY"]
 STUDY = Study(
     name="weight_dynamics",
     question="What do plasticity and normalisation make of weights and activations?",
-    grids=(Grid(axes={**HIGH_BODIES, "normalize": ("none", "l2", "minmax")}),),
-    analyses=("inner_life",),
+    grids=(Grid(axes={**HIGH_BODIES, "normalize": (None, "l2", "minmax")}),),
+    analyses=("inner_life", "random_genomes"),
     figures=("weight_distributions", "activations"),
 )
 

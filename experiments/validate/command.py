@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from experiments.runs.folder import make_room
+from experiments.files.outputs import make_room
 from experiments.validate import (
     batches,
     falls,

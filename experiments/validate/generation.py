@@ -14,7 +14,7 @@ import numpy as np
 import torch
 from scipy.stats import ks_2samp
 
-from experiments.rollout.episode import live
+from experiments.rollout.episode import Episode
 from experiments.validate import networks
 from experiments.validate.case import Case, Outcome, Panel, Picture, Row, Setting, Skip, Tolerance
 from experiments.validate.recordings import Recordings
@@ -126,5 +126,5 @@ def _speeds(generation: _Generation, setting: Setting) -> np.ndarray:
         engine=replace(setting.engine, self_collision=True, continuous=True),  # as recorded
     )
     network = networks.build(generation.kind, shifted, sizes, _DTYPE)
-    life = live(sim, network, generation.duration)
-    return life.speed.numpy().reshape(_STARTS, -1)
+    outcome = Episode(sim, network, generation.duration).finish()
+    return outcome.speed.numpy().reshape(_STARTS, -1)

@@ -53,7 +53,12 @@ class RecordedHebbian(hebbtorch.HebbianMLP):
         self.set_genomes(ours)
 
     def forward(
-        self, x: Tensor, state: hebbtorch.State, plastic: bool = True
+        self,
+        x: Tensor,
+        state: hebbtorch.State | None = None,
+        plastic: bool | Tensor = True,
+        *,
+        modulation: Tensor | None = None,
     ) -> tuple[Tensor, hebbtorch.State]:
         """As in the base class; the last input does not matter."""
         return super().forward(
@@ -88,7 +93,12 @@ class RecordedStatic(hebbtorch.StaticMLP):
         self.set_genomes(torch.cat([weights.flatten(1) for weights in rows], 1))
 
     def forward(
-        self, x: Tensor, state: hebbtorch.State, plastic: bool = True
+        self,
+        x: Tensor,
+        state: hebbtorch.State | None = None,
+        plastic: bool | Tensor = True,
+        *,
+        modulation: Tensor | None = None,
     ) -> tuple[Tensor, hebbtorch.State]:
         """As in the base class, for the inputs of the recorded network."""
         return super().forward(

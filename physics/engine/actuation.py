@@ -9,27 +9,35 @@ REST, FROZEN, RANDOM, BLIND = range(4)  # damage.MODES
 
 
 @ti.func
-def broken(S: ti.template(), g, m: ti.template(), block, T: ti.template()):
-    """The lanes in which the voxel at this offset is broken by now."""
-    step = S[g, m.header + lay.H_STEP]
-    return (step >= S[g, block + lay.BREAKS]) & (step < S[g, block + lay.MENDS])
+def broken(S: ti.template(), m: ti.template(), voxel: ti.template(), T: ti.template()):
+    """The lanes in which a voxel is broken by now."""
+    step = S[m.header + lay.H_STEP]
+    return (step >= voxel[lay.BREAKS]) & (step < voxel[lay.MENDS])
 
 
 @ti.func
-def command(S: ti.template(), g, m: ti.template(), voxel, value, T: ti.template()):
+def command(S: ti.template(), m: ti.template(), number, value, T: ti.template()):
     """Sets the actuation of a voxel for the next step, unless damage keeps it from obeying."""
-    block = voxel * lay.VOXEL_ITEMS
+    voxel = S.at[number * lay.VOXEL_ITEMS]
     one = T.vec(1.0)
+    voxel[lay.COMMAND] = value
     clipped = limited(value, one, T)
-    fails = broken(S, g, m, block, T)
+    fails = broken(S, m, voxel, T)
     if m.damage_mode != BLIND and any_lane(fails, T):
         stuck = T.vec(0.0)
         if m.damage_mode == FROZEN:
-            stuck = S[g, block + lay.ACTUATION]
+            stuck = voxel[lay.ACTUATION]
         elif m.damage_mode == RANDOM:
             for lane in range(T.lanes):
-                bits = noise.bits(noise.key(S, g, m, lane), noise.ACTUATION, voxel)
-                S[g, block + lay.COMMAND][lane] = ti.cast(noise.uniform(bits), T.f)
-            stuck = S[g, block + lay.COMMAND] * T.f(2.0) - one
+                bits = noise.bits(noise.key(S, m, lane), noise.ACTUATION, number)
+                voxel[lay.ACTUATION][lane] = ti.cast(noise.uniform(bits), T.f)
+            stuck = voxel[lay.ACTUATION] * T.f(2.0) - one
         clipped = ti.select(fails, stuck, clipped)
-    S[g, block + lay.ACTUATION] = clipped
+    voxel[lay.ACTUATION] = clipped
+
+
+@ti.func
+def hold(S: ti.template(), m: ti.template(), T: ti.template()):
+    """Keeps the commands of the last control step in force; voxels may break in between."""
+    for v in range(m.voxels):
+        command(S, m, v, S[v * lay.VOXEL_ITEMS + lay.COMMAND], T)

@@ -18,27 +18,27 @@ from physics.engine.sensing import sense
 
 
 @ti.func
-def _publish(S: ti.template(), g, m: ti.template(), readings: ti.template(), T: ti.template()):
+def _publish(S: ti.template(), m: ti.template(), readings: ti.template(), T: ti.template()):
     """Copies the readings of a group to the caller's (N, R) tensor."""
     for lane in range(T.lanes):
-        world = g * T.places + lane
+        world = S.number * T.places + lane
         if world < readings.shape[0]:
             for r in range(m.readings):
-                readings[world, r] = S[g, m.reading_block + r][lane]
+                readings[world, r] = S[m.reading_block + r][lane]
 
 
 @ti.func
 def _take_commands(
-    S: ti.template(), g, m: ti.template(), actions: ti.template(), t, T: ti.template()
+    S: ti.template(), m: ti.template(), actions: ti.template(), row, T: ti.template()
 ):
-    """Copies row t of the caller's (steps, N, V) actuations to a group."""
+    """Copies a row of the caller's (control steps, N, V) actuations to a group."""
     for v in range(m.voxels):
-        o = v * lay.VOXEL_ITEMS + lay.COMMAND
+        asked = S.at[v * lay.VOXEL_ITEMS + lay.COMMAND]
         for lane in range(T.lanes):
-            world = g * T.places + lane
+            world = S.number * T.places + lane
             if world < actions.shape[1]:
-                S[g, o][lane] = actions[t, world, v]
-        actuation.command(S, g, m, v, S[g, o], T)
+                asked[0][lane] = actions[row, world, v]
+        actuation.command(S, m, v, asked[0], T)
 
 
 @ti.func
@@ -54,10 +54,10 @@ def play(program: Program) -> Kernel:
     """The kernel for given actuations: ``(S, lists, terrain, mi, mf, actions, readings, begin,
     end, first, count, chunks)``.
 
-    It takes the steps from ``begin`` to before ``end`` in groups ``first`` to before ``first +
-    count``, the actuations of step t from row t. A step -1 moves nothing: it finds contacts and
-    readings of the present poses. That this is no kernel of its own spares a quarter of what is
-    compiled before the first step.
+    It takes the engine steps from ``begin`` to before ``end`` in groups ``first`` to before
+    ``first + count``, the actuations of each control step from a row of its own. A step -1
+    moves nothing: it finds contacts and readings of the present poses. That this is no kernel of
+    its own spares a quarter of what is compiled before the first step.
     """
     backend.start(program.device)
     T = backend.real(program)
@@ -77,24 +77,24 @@ def play(program: Program) -> Kernel:
         count: ti.i32,
         chunks: ti.i32,
     ):
-        state, contacts = ti.static((T.view(S), T.view(lists)))
         for q in range(chunks * T.grain):
             if q % T.grain == 0:
                 m = load_sizes(mi)
                 begin_group, end_group = _share(q // T.grain, first, count, chunks)
                 for g in range(begin_group, end_group):
+                    state, contacts = ti.static((T.group(S, g, m.items), T.lists(lists, g)))
                     if ti.static(T.narrow):
-                        partial_group.squeeze(state, g, T)
+                        partial_group.squeeze(state, T)
                     for t in range(begin, end):
                         if t >= 0:
-                            _take_commands(state, g, m, actions, t, T)
-                            step.advance(state, contacts, g, m, mi, mf, T)
-                        step.touch(state, contacts, terrain, g, m, mi, mf, t >= 0, T)
-                        sense(state, g, m, mi, mf, T)
-                    _publish(state, g, m, readings, T)
+                            _take_commands(state, m, actions, t // m.control_interval, T)
+                            step.advance(state, contacts, m, mi, mf, T)
+                        step.touch(state, contacts, terrain, m, mi, mf, t >= 0, T)
+                        sense(state, m, mi, mf, T)
+                    _publish(state, m, readings, T)
                     if ti.static(T.narrow):
-                        partial_group.spread(state, g, T)
-                        partial_group.end_copies(state, g, m, T)
+                        partial_group.spread(state, T)
+                        partial_group.end_copies(state, m, T)
 
     return backend.Kernel(play)
 
@@ -104,13 +104,13 @@ def closed_loop(program: Program, controller: Callable[..., Any]) -> Kernel:
 
     Args:
         program: what it is compiled for.
-        controller: a Taichi function ``(S, brain, g, m, T)`` that reads the readings from
-            ``S[g, m.reading_block + r]`` and calls ``actuation.command`` for every voxel;
+        controller: a Taichi function ``(S, brain, m, T)`` that reads the readings from
+            ``S[m.reading_block + r]`` and calls ``actuation.command`` for every voxel;
             ``brain`` is a tensor (groups, items, lanes) of its own.
 
     Returns:
-        ``kernel(S, lists, terrain, mi, mf, brain, steps, first, count, chunks)``; the groups
-        and chunks as in `play`.
+        ``kernel(S, lists, terrain, mi, mf, brain, steps, first, count, chunks)``, which takes so
+        many control steps; the groups and chunks as in `play`.
     """
     backend.start(program.device)
     T = backend.real(program)
@@ -128,23 +128,32 @@ def closed_loop(program: Program, controller: Callable[..., Any]) -> Kernel:
         count: ti.i32,
         chunks: ti.i32,
     ):
-        state, contacts, network = ti.static((T.view(S), T.view(lists), T.view(brain)))
         for q in range(chunks * T.grain):
             if q % T.grain == 0:
                 m = load_sizes(mi)
                 begin_group, end_group = _share(q // T.grain, first, count, chunks)
                 for g in range(begin_group, end_group):
+                    state, contacts, network = ti.static(
+                        (
+                            T.group(S, g, m.items),
+                            T.lists(lists, g),
+                            T.group(brain, g, T.items(brain, S, m.items)),
+                        )
+                    )
                     if ti.static(T.narrow):
-                        partial_group.squeeze(state, g, T)
-                        partial_group.squeeze(network, g, T)
+                        partial_group.squeeze(state, T)
+                        partial_group.squeeze(network, T)
                     for _ in range(steps):
-                        step.advance(state, contacts, g, m, mi, mf, T)
-                        step.touch(state, contacts, terrain, g, m, mi, mf, True, T)
-                        sense(state, g, m, mi, mf, T)
-                        controller(state, network, g, m, T)
+                        for part in range(m.control_interval):
+                            if part > 0:
+                                actuation.hold(state, m, T)
+                            step.advance(state, contacts, m, mi, mf, T)
+                            step.touch(state, contacts, terrain, m, mi, mf, True, T)
+                            sense(state, m, mi, mf, T)
+                        controller(state, network, m, T)
                     if ti.static(T.narrow):
-                        partial_group.spread(state, g, T)
-                        partial_group.spread(network, g, T)
-                        partial_group.end_copies(state, g, m, T)
+                        partial_group.spread(state, T)
+                        partial_group.spread(network, T)
+                        partial_group.end_copies(state, m, T)
 
     return backend.Kernel(live)

@@ -17,11 +17,11 @@ FIRST_NORMAL, SECOND_NORMAL, ACTUATION = (0x9E3779B9, 0x85EBCA6B, 0xC2B2AE35)
 
 
 @ti.func
-def key(S: ti.template(), g, m: ti.template(), lane):
+def key(S: ti.template(), m: ti.template(), lane):
     """The key of this step of one world: seed and step mixed (uint32)."""
-    low = ti.cast(S[g, m.header + lay.H_SEED_LOW][lane], ti.u32)
-    high = ti.cast(S[g, m.header + lay.H_SEED_HIGH][lane], ti.u32)
-    step = ti.cast(S[g, m.header + lay.H_STEP][lane], ti.u32)
+    low = ti.cast(S[m.header + lay.H_SEED_LOW][lane], ti.u32)
+    high = ti.cast(S[m.header + lay.H_SEED_HIGH][lane], ti.u32)
+    step = ti.cast(S[m.header + lay.H_STEP][lane], ti.u32)
     return mix(mix(low | (high << ti.u32(16))) + step)
 
 
@@ -87,17 +87,17 @@ def _uniforms(bits, T: ti.template()):
 
 
 @ti.func
-def add_to_readings(S: ti.template(), g, m: ti.template(), sigma, T: ti.template()):
+def add_to_readings(S: ti.template(), m: ti.template(), sigma, T: ti.template()):
     """Adds normal noise of standard deviation sigma to every reading; no clipping."""
-    step_keys = T.words([key(S, g, m, lane) for lane in range(T.lanes)])
+    step_keys = T.words([key(S, m, lane) for lane in range(T.lanes)])
     for pair in range((m.readings + 1) // 2):
         first, second = normal_pairs(
             bits(step_keys, FIRST_NORMAL, pair), bits(step_keys, SECOND_NORMAL, pair), T
         )
-        o = m.reading_block + 2 * pair
-        S[g, o] = S[g, o] + sigma * _widened(first, T)
+        readings = S.at[m.reading_block + 2 * pair]
+        readings[0] = readings[0] + sigma * _widened(first, T)
         if 2 * pair + 1 < m.readings:
-            S[g, o + 1] = S[g, o + 1] + sigma * _widened(second, T)
+            readings[1] = readings[1] + sigma * _widened(second, T)
 
 
 @ti.func

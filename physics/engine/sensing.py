@@ -29,7 +29,7 @@ _SPEED_GAIN = 0.25  # a speed reads 0.5 + 0.5 tanh(speed / 4)
 
 @ti.func
 def sense(
-    S: ti.template(), g, m: ti.template(), mi: ti.template(), mf: ti.template(), T: ti.template()
+    S: ti.template(), m: ti.template(), mi: ti.template(), mf: ti.template(), T: ti.template()
 ):
     """Fills the readings from the state after a step; before the first step windows are empty.
 
@@ -40,71 +40,70 @@ def sense(
     for r in range(m.readings):
         row = m.reading_table + READING_ROW * r
         kind = mi[row + RE_KIND]
-        block = mi[row + RE_VOXEL]
+        voxel = S.at[mi[row + RE_VOXEL]]
         value = T.vec(0.0)
         if kind == AREA:
-            value = T.f(_AREA_GAIN) * (area_ratio(S, g, block, T) - T.f(1.0))
+            value = T.f(_AREA_GAIN) * (area_ratio(voxel, T) - T.f(1.0))
         elif kind == TOUCH:
-            value = touch(S, g, block, T)
+            value = touch(voxel, T)
         else:
-            c, s = frame(S, g, block, T)
+            c, s = frame(voxel, T)
             if kind == RAY:
-                value = _cast_ray(S, g, m, mf, block, mi[row + RE_RAY], c, s, T)
+                value = _cast_ray(S, m, mf, voxel, mi[row + RE_RAY], c, s, T)
             else:
-                value = _own_velocity(S, g, block, c, s, kind == VELOCITY_X, T)
+                value = _own_velocity(voxel, c, s, kind == VELOCITY_X, T)
         if mi[row + RE_SLOTS] > 0:
             if mi[row + RE_INTERVAL] != interval:
                 interval = mi[row + RE_INTERVAL]
-                _find_window(S, g, m, mi, row, T)
-            value = _average(S, g, m, mi, row, value, T)
+                _find_window(S, m, mi, row, T)
+            value = _average(S, m, mi, row, value, T)
         if kind != TOUCH and kind != RAY:
             value = T.f(0.5) + T.f(0.5) * tanh(value, T)
-        S[g, m.reading_block + r] = value
+        S[m.reading_block + r] = value
     if mf[F_NOISE] > T.f(0.0):
-        noise.add_to_readings(S, g, m, mf[F_NOISE], T)
+        noise.add_to_readings(S, m, mf[F_NOISE], T)
     if m.damage_mode == BLIND:
         for r in range(m.readings):
-            o = m.reading_block + r
-            block = mi[m.reading_table + READING_ROW * r + RE_VOXEL]
-            S[g, o] = ti.select(broken(S, g, m, block, T), T.vec(0.0), S[g, o])
+            voxel = S.at[mi[m.reading_table + READING_ROW * r + RE_VOXEL]]
+            reading = S.at[m.reading_block + r]
+            reading[0] = ti.select(broken(S, m, voxel, T), T.vec(0.0), reading[0])
 
 
 @ti.func
-def area_ratio(S: ti.template(), g, block, T: ti.template()):
+def area_ratio(voxel: ti.template(), T: ti.template()):
     """Area of the quadrilateral of a voxel's outer corners over its area at rest."""
     # Each corner relative to the first square, so that no digits are lost far from the origin.
     x = [T.vec(0.0), T.vec(0.0), T.vec(0.0), T.vec(0.0)]
     y = [T.vec(0.0), T.vec(0.0), T.vec(0.0), T.vec(0.0)]
     for k in ti.static(range(4)):
-        o = block + k * lay.BODY_ITEMS
+        o = k * lay.BODY_ITEMS
         ax = T.f(material.SQUARE_HALF * material.CORNER_SIGNS[k][0])
         ay = T.f(material.SQUARE_HALF * material.CORNER_SIGNS[k][1])
-        c, s = S[g, o + lay.COS], S[g, o + lay.SIN]
-        x[k] = (S[g, o + lay.X] - S[g, block + lay.X]) + (c * ax - s * ay)
-        y[k] = (S[g, o + lay.Y] - S[g, block + lay.Y]) + (s * ax + c * ay)
+        c, s = voxel[o + lay.COS], voxel[o + lay.SIN]
+        x[k] = (voxel[o + lay.X] - voxel[lay.X]) + (c * ax - s * ay)
+        y[k] = (voxel[o + lay.Y] - voxel[lay.Y]) + (s * ax + c * ay)
     # Half the cross product of the diagonals.
     cross = (x[2] - x[0]) * (y[3] - y[1]) - (x[3] - x[1]) * (y[2] - y[0])
     return magnitude(cross, T) * T.f(0.5 / material.VOXEL_SIDE**2)
 
 
 @ti.func
-def touch(S: ti.template(), g, block, T: ti.template()):
+def touch(voxel: ti.template(), T: ti.template()):
     """1 in lanes where a square of the voxel touches the ground, else 0."""
     deepest = T.vec(-1.0)
     for pair in range(4 * lay.PAIRS_PER_BODY):
         for p in range(2):
-            o = block + lay.PAIRS + pair * lay.PAIR_ITEMS + lay.PA_POINTS + p * lay.POINT_ITEMS
-            deepest = ti.max(deepest, S[g, o + lay.PT_DEPTH])
+            o = lay.PAIRS + pair * lay.PAIR_ITEMS + lay.PA_POINTS + p * lay.POINT_ITEMS
+            deepest = ti.max(deepest, voxel[o + lay.PT_DEPTH])
     return ti.select(deepest >= T.f(0.0), T.vec(1.0), T.vec(0.0))
 
 
 @ti.func
-def frame(S: ti.template(), g, block, T: ti.template()):
+def frame(voxel: ti.template(), T: ti.template()):
     """Cosine and sine of a voxel's angle: the mean of the directions SW->SE and NW->NE."""
-    ne, se = block + lay.BODY_ITEMS, block + 2 * lay.BODY_ITEMS
-    sw = block + 3 * lay.BODY_ITEMS
-    ax, ay = S[g, se + lay.X] - S[g, sw + lay.X], S[g, se + lay.Y] - S[g, sw + lay.Y]
-    bx, by = S[g, ne + lay.X] - S[g, block + lay.X], S[g, ne + lay.Y] - S[g, block + lay.Y]
+    ne, se, sw = lay.BODY_ITEMS, 2 * lay.BODY_ITEMS, 3 * lay.BODY_ITEMS
+    ax, ay = voxel[se + lay.X] - voxel[sw + lay.X], voxel[se + lay.Y] - voxel[sw + lay.Y]
+    bx, by = voxel[ne + lay.X] - voxel[lay.X], voxel[ne + lay.Y] - voxel[lay.Y]
     # The sum of two unit vectors points along the mean of their angles.
     inverse_a = T.f(1.0) / ti.sqrt(ax * ax + ay * ay)
     inverse_b = T.f(1.0) / ti.sqrt(bx * bx + by * by)
@@ -115,13 +114,13 @@ def frame(S: ti.template(), g, block, T: ti.template()):
 
 
 @ti.func
-def _own_velocity(S: ti.template(), g, block, c, s, along_x, T: ti.template()):
+def _own_velocity(voxel: ti.template(), c, s, along_x, T: ti.template()):
     """Mean velocity of a voxel's squares along an axis of its frame, times the gain."""
     vx = T.vec(0.0)
     vy = T.vec(0.0)
     for k in range(4):
-        vx += S[g, block + k * lay.BODY_ITEMS + lay.VX]
-        vy += S[g, block + k * lay.BODY_ITEMS + lay.VY]
+        vx += voxel[k * lay.BODY_ITEMS + lay.VX]
+        vy += voxel[k * lay.BODY_ITEMS + lay.VY]
     speed = c * vx + s * vy
     if not along_x:
         speed = c * vy - s * vx
@@ -129,7 +128,7 @@ def _own_velocity(S: ti.template(), g, block, c, s, along_x, T: ti.template()):
 
 
 @ti.func
-def _find_window(S: ti.template(), g, m: ti.template(), mi: ti.template(), row, T: ti.template()):
+def _find_window(S: ti.template(), m: ti.template(), mi: ti.template(), row, T: ti.template()):
     """Where the window over a reading's interval stands after this step, lane by lane.
 
     Each lane has its own step count k: the sample goes to slot k mod slots, and the window
@@ -138,27 +137,26 @@ def _find_window(S: ti.template(), g, m: ti.template(), mi: ti.template(), row, 
     slots = mi[row + RE_SLOTS]
     table = m.interval_table + mi[row + RE_INTERVAL] * m.interval_steps
     for lane in range(T.lanes):
-        k = ti.cast(S[g, m.header + lay.H_STEP][lane], ti.i32)
-        S[g, m.header + lay.H_PLACE][lane] = ti.cast(k % slots, T.f)
-        S[g, m.header + lay.H_LENGTH][lane] = ti.cast(mi[table + k - 1], T.f) if k > 0 else T.f(0.0)
+        k = ti.cast(S[m.header + lay.H_STEP][lane], ti.i32)
+        S[m.header + lay.H_PLACE][lane] = ti.cast(k % slots, T.f)
+        S[m.header + lay.H_LENGTH][lane] = ti.cast(mi[table + k - 1], T.f) if k > 0 else T.f(0.0)
 
 
 @ti.func
-def _average(
-    S: ti.template(), g, m: ti.template(), mi: ti.template(), row, value, T: ti.template()
-):
+def _average(S: ti.template(), m: ti.template(), mi: ti.template(), row, value, T: ti.template()):
     """Puts a sample into a reading's ring and averages its window; before the first step the
     value is 0."""
     slots = mi[row + RE_SLOTS]
     ring = m.rings + mi[row + RE_RING]
-    place = S[g, m.header + lay.H_PLACE]
-    length = S[g, m.header + lay.H_LENGTH]
+    place = S[m.header + lay.H_PLACE]
+    length = S[m.header + lay.H_LENGTH]
     total = T.vec(0.0)
     zero = T.vec(0.0)
     for slot in range(slots):
         index = ti.cast(slot, T.f)
-        sample = ti.select(place == index, value, S[g, ring + slot])
-        S[g, ring + slot] = sample
+        kept = S.at[ring + slot]
+        sample = ti.select(place == index, value, kept[0])
+        kept[0] = sample
         age = place - index
         age = ti.select(age < zero, age + ti.cast(slots, T.f), age)
         total += ti.select(age < length, sample, zero)
@@ -167,14 +165,21 @@ def _average(
 
 @ti.func
 def _cast_ray(
-    S: ti.template(), g, m: ti.template(), mf: ti.template(), block, ray, c, s, T: ti.template()
+    S: ti.template(),
+    m: ti.template(),
+    mf: ti.template(),
+    voxel: ti.template(),
+    ray,
+    c,
+    s,
+    T: ti.template(),
 ):
     """Distance from a voxel's centre to the ground along a ray, over the lidar's range."""
     x = T.vec(0.0)
     y = T.vec(0.0)
     for k in range(4):
-        x += S[g, block + k * lay.BODY_ITEMS + lay.X]
-        y += S[g, block + k * lay.BODY_ITEMS + lay.Y]
+        x += voxel[k * lay.BODY_ITEMS + lay.X]
+        y += voxel[k * lay.BODY_ITEMS + lay.Y]
     x = x * T.f(0.25)
     y = y * T.f(0.25)
     zero = T.vec(0.0)
@@ -184,14 +189,14 @@ def _cast_ray(
     uy = s * cr + c * sr
     nearest = T.vec(far)
     for k in range(m.segments):
-        o = m.window + lay.SEGMENT_ITEMS * k
-        tx, ty = S[g, o + lay.SE_TX], S[g, o + lay.SE_TY]
-        dx, dy = x - S[g, o + lay.SE_X], y - S[g, o + lay.SE_Y]
+        segment = S.at[m.window + lay.SEGMENT_ITEMS * k]
+        tx, ty = segment[lay.SE_TX], segment[lay.SE_TY]
+        dx, dy = x - segment[lay.SE_X], y - segment[lay.SE_Y]
         # Height above the line falls by ``sinks`` per metre along the ray.
         sinks = ux * ty - uy * tx
         distance = (dy * tx - dx * ty) / sinks
         along = (dx * tx + dy * ty) + distance * (ux * tx + uy * ty)
         hits = (distance >= zero) & (distance < nearest)
-        hits = hits & (along >= zero) & (along <= S[g, o + lay.SE_LENGTH])
+        hits = hits & (along >= zero) & (along <= segment[lay.SE_LENGTH])
         nearest = ti.select(hits, distance, nearest)
     return nearest / far

@@ -18,34 +18,33 @@ from physics.engine.memory import layout as lay
 def advance(
     S: ti.template(),
     lists: ti.template(),
-    g,
     m: ti.template(),
     mi: ti.template(),
     mf: ti.template(),
     T: ti.template(),
 ):
     """First half of a step: moves a group of worlds by DT with the actuation in force."""
-    count_step(S, g, m, T)
-    integrator.integrate_velocities(S, g, m, mf, T)
+    count_step(S, m, T)
+    integrator.integrate_velocities(S, m, mf, T)
     if ti.static(T.features.self_collision):
-        self_solver.prepare(S, lists, g, m, T)
-    ground_solver.prepare(S, lists, g, m, T)
+        self_solver.prepare(S, lists, m, T)
+    ground_solver.prepare(S, lists, m, T)
     if ti.static(T.features.self_collision):
-        self_solver.warm_start(S, lists, g, m, T)
-    springs.prepare(S, g, m, mi, mf, T)
-    ropes.prepare(S, lists, g, m, mi, T)
-    welds.prepare(S, g, m, mi, T)
+        self_solver.warm_start(S, lists, m, T)
+    springs.prepare(S, m, mi, mf, T)
+    ropes.prepare(S, lists, m, mi, T)
+    welds.prepare(S, m, mi, T)
     for _ in range(m.velocity_iterations):
-        springs.solve_velocities(S, g, m, T)
-        ropes.solve_velocities(S, lists, g, m, T)
-        welds.solve_velocities(S, g, m, mi, T)
+        springs.solve_velocities(S, m, T)
+        ropes.solve_velocities(S, lists, m, T)
+        welds.solve_velocities(S, m, mi, T)
         if ti.static(T.features.self_collision):
-            self_solver.solve_velocities(S, lists, g, m, T)
-        ground_solver.solve_velocities(S, lists, g, m, mf, T)
+            self_solver.solve_velocities(S, lists, m, T)
+        ground_solver.solve_velocities(S, lists, m, mf, T)
     if ti.static(T.features.continuous):
-        continuous.remember(S, g, m, T)
-    integrator.integrate_positions(S, g, m, T)
-    solve_positions(S, lists, g, m, mi, T)
+        continuous.remember(S, m, T)
+    integrator.integrate_positions(S, m, T)
+    solve_positions(S, lists, m, mi, T)
 
 
 @ti.func
@@ -53,7 +52,6 @@ def touch(
     S: ti.template(),
     lists: ti.template(),
     terrain: ti.template(),
-    g,
     m: ti.template(),
     mi: ti.template(),
     mf: ti.template(),
@@ -62,67 +60,66 @@ def touch(
 ):
     """Second half of a step: finds contacts. Without the first (``advanced`` is false) it is a
     look at poses that were set by hand, of which none has landed."""
-    ground_detection.update_window(S, terrain, g, m, mf, T)
-    detect(S, lists, g, m, advanced, T)
+    ground_detection.update_window(S, terrain, S.number, m, mf, T)
+    detect(S, lists, m, advanced, T)
     if ti.static(T.features.self_collision):
-        self_detection.detect(S, lists, g, m, mi, T)
-    mark_failures(S, g, m, T)
+        self_detection.detect(S, lists, S.number, m, mi, T)
+    mark_failures(S, m, T)
 
 
 @ti.func
-def detect(S: ti.template(), lists: ti.template(), g, m: ti.template(), advanced, T: ti.template()):
+def detect(S: ti.template(), lists: ti.template(), m: ti.template(), advanced, T: ti.template()):
     """Contacts with the ground, after squares that have landed were set back."""
     if ti.static(T.features.continuous):
         landed = 1
         while landed > 0:
-            ground_detection.detect(S, lists, g, m, T)
+            ground_detection.detect(S, lists, S.number, m, T)
             landed = 0
             if advanced:
-                landed = continuous.set_back(S, lists, g, m, T)
+                landed = continuous.set_back(S, lists, m, T)
     else:
-        ground_detection.detect(S, lists, g, m, T)
+        ground_detection.detect(S, lists, S.number, m, T)
 
 
 @ti.func
-def count_step(S: ti.template(), g, m: ti.template(), T: ti.template()):
+def count_step(S: ti.template(), m: ti.template(), T: ti.template()):
     """A world lives until its last step is done or it has failed."""
     h = m.header
-    lives = (S[g, h + lay.H_STEP] < S[g, h + lay.H_LIFE]) & (S[g, h + lay.H_FAILED] == T.f(0.0))
+    lives = (S[h + lay.H_STEP] < S[h + lay.H_LIFE]) & (S[h + lay.H_FAILED] == T.f(0.0))
     alive = ti.select(lives, T.vec(1.0), T.vec(0.0))
-    S[g, h + lay.H_ALIVE] = alive
-    S[g, h + lay.H_STEP] = S[g, h + lay.H_STEP] + alive
+    S[h + lay.H_ALIVE] = alive
+    S[h + lay.H_STEP] = S[h + lay.H_STEP] + alive
 
 
 @ti.func
 def solve_positions(
     S: ti.template(),
     lists: ti.template(),
-    g,
     m: ti.template(),
     mi: ti.template(),
     T: ti.template(),
 ):
     """Mends positions. A lane stops once all was within tolerance, whatever the others do."""
-    live = S[g, m.header + lay.H_ALIVE]
+    live = S[m.header + lay.H_ALIVE]
     iteration = 0
     while iteration < m.position_iterations:
-        off = ground_solver.solve_positions(S, lists, g, m, live, T)
+        off = ground_solver.solve_positions(S, lists, m, live, T)
         if ti.static(T.features.self_collision):
-            off = off | self_solver.solve_positions(S, lists, g, m, live, T)
-        off = off | ropes.solve_positions(S, lists, g, m, live, T)
-        off = off | welds.solve_positions(S, g, m, mi, live, T)
+            off = off | self_solver.solve_positions(S, lists, m, live, T)
+        off = off | ropes.solve_positions(S, lists, m, live, T)
+        off = off | welds.solve_positions(S, m, mi, live, T)
         live = ti.select(off, live, T.vec(0.0))
         iteration = iteration + 1 if any_lane(off, T) else m.position_iterations
 
 
 @ti.func
-def mark_failures(S: ti.template(), g, m: ti.template(), T: ti.template()):
+def mark_failures(S: ti.template(), m: ti.template(), T: ti.template()):
     """A world fails when a position is no longer a finite number of reasonable size."""
     total = T.vec(0.0)
     for v in range(m.voxels):
         for k in range(4):
-            o = v * lay.VOXEL_ITEMS + k * lay.BODY_ITEMS
-            total += magnitude(S[g, o + lay.X], T) + magnitude(S[g, o + lay.Y], T)
+            body = S.at[v * lay.VOXEL_ITEMS + k * lay.BODY_ITEMS]
+            total += magnitude(body[lay.X], T) + magnitude(body[lay.Y], T)
     sound = total < T.f(1e9)
     o = m.header + lay.H_FAILED
-    S[g, o] = ti.select(sound, S[g, o], T.vec(1.0))
+    S[o] = ti.select(sound, S[o], T.vec(1.0))

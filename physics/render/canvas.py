@@ -1,16 +1,18 @@
-"""A picture of a piece of the world: metres in, antialiased pixels out."""
+"""What pictures are drawn on: pixels (PNG, films) or vectors (SVG, PDF)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Protocol
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from physics.render.palette import Color
 
-_SUPERSAMPLING = 3  # shapes are drawn this many times larger, then averaged
+_FINE_WIDTH = 800  # up to this width [pixels] shapes are drawn three times larger, beyond it twice
+_BACKING = 0.78  # opacity of what lies behind a caption
 
 
 @dataclass(frozen=True)
@@ -46,12 +48,42 @@ class Camera:
 
 
 @dataclass(frozen=True)
-class _Text:
+class Text:
+    """Words on a picture.
+
+    Attributes:
+        position: of the anchor [pixels].
+        words: one line.
+        size: height of the font [pixels].
+        color: of the letters.
+        anchor: as in Pillow: l, m or r, then t, m or b.
+        backed: whether a pale box behind them keeps them readable on anything.
+    """
+
     position: tuple[float, float]
-    text: str
+    words: str
     size: float
     color: Color
-    anchor: str
+    anchor: str = "lt"
+    backed: bool = False
+
+
+class Canvas(Protocol):
+    """A picture in the making. Points are (K, 2) in pixels, y down."""
+
+    size: tuple[int, int]
+
+    def polygon(self, points: np.ndarray, fill: Color) -> None:
+        """Fill a polygon."""
+
+    def line(self, points: np.ndarray, color: Color, width: float) -> None:
+        """Draw a line of a width [pixels]."""
+
+    def text(self, text: Text) -> None:
+        """Write on top of all shapes."""
+
+    def inset(self, left: int, top: int, size: tuple[int, int], background: Color) -> Canvas:
+        """A canvas of its own within this one; what leaves it is cut off."""
 
 
 @cache
@@ -59,67 +91,65 @@ def _font(size: float) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
     return ImageFont.load_default(size)
 
 
-def text_width(text: str, size: float) -> float:
+def text_width(words: str, size: float) -> float:
     """Width of a text on one line [pixels]."""
-    return float(_font(size).getlength(text))
+    return float(_font(size).getlength(words))
 
 
-class Canvas:
-    """Draws shapes given in metres or pixels. Text is set last, on the finished picture: glyphs
-    rendered at their own size are crisper than averaged ones."""
+class Pixels:
+    """A canvas of antialiased pixels. Text is set last, on the finished picture: glyphs rendered
+    at their own size are crisper than averaged ones."""
 
-    def __init__(self, camera: Camera, background: Color) -> None:
-        self.camera = camera
-        width, height = camera.size
-        size = (width * _SUPERSAMPLING, height * _SUPERSAMPLING)
-        self._image = Image.new("RGB", size, background)
+    def __init__(self, size: tuple[int, int], background: Color) -> None:
+        self.size = size
+        self._factor = 3 if size[0] <= _FINE_WIDTH else 2
+        fine = (size[0] * self._factor, size[1] * self._factor)
+        self._image = Image.new("RGB", fine, background)
         self._draw = ImageDraw.Draw(self._image)
-        self._texts: list[_Text] = []
+        self._texts: list[Text] = []
+        self._insets: list[tuple[tuple[int, int], Pixels]] = []
 
     def polygon(self, points: np.ndarray, fill: Color) -> None:
-        """Fill the polygon with corners ``points`` (K, 2) [m]."""
-        self._draw.polygon(self._fine(self.camera.to_pixels(points)), fill=fill)
+        """See `Canvas`."""
+        self._draw.polygon((points * self._factor).ravel().tolist(), fill=fill)
 
-    def line(self, points: np.ndarray, color: Color, width: float, closed: bool = False) -> None:
-        """Draw a line through ``points`` (K, 2) [m], ``width`` pixels wide."""
-        points = np.asarray(points, dtype=np.float64)
-        if closed:  # going on to the second point joins the last corner too
-            points = np.concatenate([points, points[:2]])
-        self._line(self.camera.to_pixels(points), color, width)
+    def line(self, points: np.ndarray, color: Color, width: float) -> None:
+        """See `Canvas`."""
+        fine = max(1, round(width * self._factor))
+        joint = "curve" if len(points) > 2 and fine > 2 else None
+        self._draw.line((points * self._factor).ravel().tolist(), color, fine, joint)
 
-    def pixel_line(self, points: np.ndarray, color: Color, width: float) -> None:
-        """Draw a line through ``points`` (K, 2) [pixels], ``width`` pixels wide."""
-        self._line(np.asarray(points, dtype=np.float64), color, width)
+    def text(self, text: Text) -> None:
+        """See `Canvas`."""
+        self._texts.append(text)
 
-    def pixel_box(self, box: tuple[float, float, float, float], fill: Color) -> None:
-        """Fill the box (left, top, right, bottom) [pixels]."""
-        left, top, right, bottom = (round(edge * _SUPERSAMPLING) for edge in box)
-        self._draw.rectangle((left, top, right - 1, bottom - 1), fill=fill)
-
-    def text(
-        self, position: tuple[float, float], text: str, size: float, color: Color, anchor: str
-    ) -> None:
-        """Write ``text`` at a position [pixels]; ``anchor`` as in Pillow, such as "lt"."""
-        self._texts.append(_Text(position, text, size, color, anchor))
+    def inset(self, left: int, top: int, size: tuple[int, int], background: Color) -> Pixels:
+        """See `Canvas`."""
+        inset = Pixels(size, background)
+        self._insets.append(((left, top), inset))
+        return inset
 
     def finish(self) -> Image.Image:
-        """The picture, RGB, of the camera's size."""
-        image = self._image.reduce(_SUPERSAMPLING)
+        """The picture, RGB, of the canvas's size."""
+        image = self._image.reduce(self._factor)
+        for place, inset in self._insets:
+            image.paste(inset.finish(), place)
         draw = ImageDraw.Draw(image)
-        for item in self._texts:
-            draw.text(
-                item.position, item.text, item.color, font=_font(item.size), anchor=item.anchor
-            )
+        for text in self._texts:
+            font = _font(text.size)
+            if text.backed and text.words:
+                box = draw.textbbox(text.position, text.words, font=font, anchor=text.anchor)
+                _brighten(image, box, 0.25 * text.size)
+            draw.text(text.position, text.words, text.color, font=font, anchor=text.anchor)
         return image
 
-    def _line(self, pixels: np.ndarray, color: Color, width: float) -> None:
-        self._draw.line(
-            self._fine(pixels),
-            fill=color,
-            width=max(1, round(width * _SUPERSAMPLING)),
-            joint="curve",
-        )
 
-    @staticmethod
-    def _fine(pixels: np.ndarray) -> list[tuple[float, float]]:
-        return [(x * _SUPERSAMPLING, y * _SUPERSAMPLING) for x, y in pixels.tolist()]
+def _brighten(image: Image.Image, box: tuple[float, float, float, float], pad: float) -> None:
+    """Fade a part of a picture to white."""
+    left, top = (max(0, round(edge - pad)) for edge in box[:2])
+    right = min(image.width, round(box[2] + pad))
+    bottom = min(image.height, round(box[3] + pad))
+    if left < right and top < bottom:
+        part = image.crop((left, top, right, bottom))
+        white = Image.new("RGB", part.size, (255, 255, 255))
+        image.paste(Image.blend(part, white, _BACKING), (left, top))

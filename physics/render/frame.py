@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -53,6 +53,8 @@ class Frame:
         actuation: (V,) in [-1, 1], +1 contracts. Voxels are coloured by it if it is given, and
             by their area ratio if not.
         rays: (K, 2, 2) start and end [m] of the lidar's rays, or None.
+        hits: (K,) bool, whether each ray ends on something, or None.
+        broken: (V,) bool, voxels that no longer work, or None.
 
     Raises:
         ValueError: an array has another shape, or holds a number that is not finite.
@@ -62,24 +64,40 @@ class Frame:
     time: float = 0.0
     actuation: np.ndarray | None = None
     rays: np.ndarray | None = None
-    outlines: np.ndarray = field(init=False, repr=False)  # (V, 4, 2) [m]
-    levels: np.ndarray = field(init=False, repr=False)  # (V,) -1 contracted .. +1 expanded
+    hits: np.ndarray | None = None
+    broken: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         poses = _checked("poses", self.poses, ("V", 4, 3))
-        outlines = voxel_outlines(poses)
-        if self.actuation is None:
-            levels = area_level(polygon_areas(outlines) / VOXEL_SIDE**2)
-        else:
-            levels = -_checked("actuation", self.actuation, (len(poses),))
-        rays = None if self.rays is None else _checked("rays", self.rays, ("K", 2, 2))
-        for name, value in (
-            ("poses", poses),
-            ("rays", rays),
-            ("outlines", outlines),
-            ("levels", levels),
-        ):
+        checked = {"poses": poses}
+        if self.actuation is not None:
+            checked["actuation"] = _checked("actuation", self.actuation, (len(poses),))
+        if self.rays is not None:
+            checked["rays"] = _checked("rays", self.rays, ("K", 2, 2))
+        if self.hits is not None:
+            n_rays = len(checked.get("rays", ()))
+            checked["hits"] = _checked("hits", self.hits, (n_rays,)) != 0
+        if self.broken is not None:
+            checked["broken"] = _checked("broken", self.broken, (len(poses),)) != 0
+        for name, value in checked.items():
             object.__setattr__(self, name, value)
+
+    @property
+    def outlines(self) -> np.ndarray:
+        """(V, 4, 2) outer corners of the voxels [m], NW NE SE SW."""
+        return voxel_outlines(self.poses)
+
+    @property
+    def levels(self) -> np.ndarray:
+        """(V,) what voxels are coloured by, from -1 (contracted) to +1 (expanded)."""
+        if self.actuation is not None:
+            return -self.actuation
+        return area_level(polygon_areas(self.outlines) / VOXEL_SIDE**2)
+
+    @property
+    def n_broken(self) -> int:
+        """Number of voxels that no longer work."""
+        return 0 if self.broken is None else int(self.broken.sum())
 
     @property
     def bounds(self) -> np.ndarray:

@@ -1,11 +1,14 @@
 """Colours of the pictures.
 
-A voxel is red when contracted, yellow at rest and green when expanded, as in the paper's
-Fig. 1. Red and green also differ in lightness, and the green leans to blue, so that readers
-who do not tell red from green still tell the two apart; yellow is the lightest of the three.
+A voxel is orange when contracted, pale yellow at rest and blue when expanded: an axis that every
+kind of colour vision tells apart, in print without colour by the captions. `PAPER` has the paper's
+red, yellow and green (Fig. 1).
 """
 
 from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,23 +24,37 @@ RULER: Color = (44, 50, 58)
 RULER_TICK: Color = (196, 204, 212)
 RULER_TEXT: Color = (238, 242, 245)
 INK: Color = (40, 46, 54)
-FAINT_INK: Color = (112, 121, 132)
+FAINT_INK: Color = (82, 90, 101)
 SHADE: Color = (38, 24, 16)
-RAY: Color = (205, 44, 66)
-PAPER: Color = (255, 255, 255)
-
-CONTRACTED: Color = (168, 26, 34)
-REST: Color = (255, 217, 84)
-EXPANDED: Color = (44, 158, 112)
+RAY: Color = (164, 84, 148)
+HIT: Color = (112, 26, 94)
+HATCH: Color = (20, 20, 24)
+PAGE: Color = (255, 255, 255)
 
 
-def level_color(level: float) -> Color:
-    """Colour of a voxel from its level: -1 contracted, 0 at rest, +1 expanded; clipped."""
-    red, green, blue = (
-        round(float(np.interp(level, (-1.0, 0.0, 1.0), channel)))
-        for channel in zip(CONTRACTED, REST, EXPANDED, strict=True)
-    )
-    return red, green, blue
+@dataclass(frozen=True)
+class Scale:
+    """Colours of voxels by their level.
+
+    Attributes:
+        contracted: at level -1.
+        rest: at level 0.
+        expanded: at level +1.
+    """
+
+    contracted: Color
+    rest: Color
+    expanded: Color
+
+    def color(self, level: float) -> Color:
+        """The colour at a level; beyond -1 and +1 it no longer changes."""
+        level = min(max(level, -1.0), 1.0)
+        return mix(self.rest, self.expanded if level > 0 else self.contracted, abs(level))
+
+
+SAFE = Scale(contracted=(199, 74, 0), rest=(252, 236, 178), expanded=(12, 88, 170))
+PAPER = Scale(contracted=(168, 26, 34), rest=(255, 217, 84), expanded=(44, 158, 112))
+SCALES: Mapping[str, Scale] = {"safe": SAFE, "paper": PAPER}
 
 
 def area_level(area_ratio: np.ndarray) -> np.ndarray:

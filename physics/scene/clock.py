@@ -6,32 +6,94 @@ sensor's window sometimes holds one sample more or less than ``interval / DT``.
 
 from __future__ import annotations
 
+import bisect
 import math
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
 from physics.scene.material import DT
 
-__all__ = ["steps_in", "times", "window_lengths"]
+__all__ = ["MOST_STEPS", "steps_in", "time_after", "times", "times_after", "window_lengths"]
+
+MOST_STEPS = 2**31
+"""Steps that a world's counter can tell apart, 414 days of simulated time."""
+
+_EXPLICIT = 128  # first steps that are added up one by one: the sum has not reached 4 s then
+
+
+class _Stretch(NamedTuple):
+    """Steps between two powers of two of the time, where every step adds the same."""
+
+    step: int
+    """The first one."""
+    time: float
+    """After it [s]."""
+    increment: float
+    """DT, rounded to what the time can represent there [s]."""
 
 
 @lru_cache
-def steps_in(duration: float) -> int:
+def _stretches() -> tuple[_Stretch, ...]:
+    """All stretches up to MOST_STEPS, the first steps one by one.
+
+    From 1 s on, DT never lies half way between two numbers that the time could become (its last
+    bit is set), so that rounding does not depend on the time.
+    """
+    found = [_Stretch(0, 0.0, DT)]
+    while found[-1].step < MOST_STEPS:
+        step, time, increment = found[-1]
+        if step >= _EXPLICIT:
+            end = 2.0 ** math.frexp(time)[1]
+            count = math.ceil((end - time) / increment) - 1  # all exact: end is a power of two
+            step, time = step + count, time + count * increment
+        step, time = step + 1, time + DT
+        found.append(_Stretch(step, time, time + DT - time))
+    return tuple(found)
+
+
+def times_after(steps: np.ndarray) -> np.ndarray:
+    """Times after some steps [s]: the accumulated sum, without adding up.
+
+    Args:
+        steps: integers in [0, MOST_STEPS], any shape.
+    """
+    firsts, begins, increments = (np.array(column) for column in zip(*_stretches(), strict=True))
+    place = np.searchsorted(firsts, steps, side="right") - 1
+    return begins[place] + (steps - firsts[place]) * increments[place]
+
+
+def time_after(steps: int) -> float:
+    """The time after some steps [s], see `times_after`."""
+    return float(times_after(np.array(steps)))
+
+
+def steps_in(duration: float, name: str = "duration") -> int:
     """Control steps of a life: ``t = 0; while t < duration: t += DT``.
 
     Args:
         duration: length of the life [s], finite and not negative.
+        name: of the argument, for the message of an error.
 
     Raises:
-        ValueError: if the duration is negative or not finite.
+        ValueError: if the duration is negative, not finite or longer than MOST_STEPS.
     """
     if not (math.isfinite(duration) and duration >= 0):
-        raise ValueError(f"duration: expected a finite number of seconds >= 0, got {duration!r}")
-    steps, time = 0, 0.0
-    while time < duration:
-        time += DT
+        raise ValueError(f"{name}: expected a finite number of seconds >= 0, got {duration!r}")
+    longest = time_after(MOST_STEPS)
+    if duration > longest:
+        raise ValueError(
+            f"{name}: expected at most {longest:.0f} s, which are 2^31 steps, got {duration!r}"
+        )
+    stretches = _stretches()
+    place = max(0, bisect.bisect_left([each.time for each in stretches], duration) - 1)
+    step, time, increment = stretches[place]
+    steps = step + max(0, math.ceil((duration - time) / increment))
+    while time_after(steps) < duration:
         steps += 1
+    while steps and time_after(steps - 1) >= duration:
+        steps -= 1
     return steps
 
 

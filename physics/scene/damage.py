@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+
+from physics.scene import clock
 
 __all__ = ["Damage"]
 
@@ -42,23 +43,15 @@ class Damage:
             raise ValueError(f"damage: expected probability in [0, 1], got {self.probability!r}")
         if not (math.isfinite(self.time) and self.time >= 0):
             raise ValueError(f"damage: expected a finite time >= 0 s, got {self.time!r}")
+        clock.steps_in(self.time, "damage: time")
+        if math.isfinite(self.until):
+            clock.steps_in(max(0.0, self.until), "damage: until")
         if not self.until > self.time:
             raise ValueError(f"damage: expected until > time = {self.time} s, got {self.until!r}")
         if self.mode not in MODES:
             raise ValueError(f"damage: expected mode in {', '.join(MODES)}, got {self.mode!r}")
         if self.mask is not None:
             object.__setattr__(self, "mask", _bools(self.mask))
-
-    @classmethod
-    def from_name(cls, name: str) -> Damage | None:
-        """The damage of a condition of the paper: None for "none", one half at 30 s for "half".
-
-        Raises:
-            ValueError: if the name is neither.
-        """
-        if name not in ("none", "half"):
-            raise ValueError(f"damage: expected none or half, got {name!r}")
-        return cls() if name == "half" else None
 
     def sample(self, seed: int, n_voxels: int) -> np.ndarray:
         """Which voxels of one world break.
@@ -77,26 +70,19 @@ class Damage:
             raise ValueError(f"damage: expected a seed >= 0, got {seed!r}")
         return np.random.default_rng((_STREAM, seed)).random(n_voxels) < self.probability
 
-    def broken(self, seeds: Sequence[int], n_voxels: int) -> np.ndarray:
-        """Which voxels of a batch of worlds break: those of the mask, or as the seeds say.
-
-        Args:
-            seeds: one per world.
-            n_voxels: V.
-
-        Returns:
-            True where broken, shape (N, V), bool.
+    def broken_mask(self, n_worlds: int, n_voxels: int) -> np.ndarray | None:
+        """The mask for a batch of worlds, (N, V) bool, or None where chance decides.
 
         Raises:
-            ValueError: if the mask is not for N worlds or V voxels, or a seed is negative.
+            ValueError: if the mask is not for N worlds or V voxels.
         """
-        shape = (len(seeds), n_voxels)
         if self.mask is None:
-            return np.stack([self.sample(seed, n_voxels) for seed in seeds])
+            return None
+        shape = (n_worlds, n_voxels)
         if self.mask.shape not in (shape, shape[1:]):
             raise ValueError(
                 f"damage: expected a mask of shape (voxels={n_voxels},) or "
-                f"(worlds={len(seeds)}, voxels={n_voxels}), got {self.mask.shape}"
+                f"(worlds={n_worlds}, voxels={n_voxels}), got {self.mask.shape}"
             )
         return np.broadcast_to(self.mask, shape)
 

@@ -41,7 +41,7 @@ class Terrain:
     name: str
 
     @classmethod
-    def from_name(cls, name: str) -> Terrain:
+    def from_name(cls, name: str, seed: int | None = None) -> Terrain:
         """A terrain of the catalogue. Numbers may be decimal; the seed is an integer >= 0.
 
         =================  ===============================================================
@@ -55,6 +55,11 @@ class Terrain:
                            seed makes the robot start in another pose
         =================  ===============================================================
 
+        Args:
+            name: One of these, or an open name without its seed ("hilly-3-30").
+            seed: Completes an open name ("hilly-3-30" to "hilly-3-30-7"); a name that is complete,
+                or has no seed, is the same whatever it is.
+
         Raises:
             ValueError: if the name is unknown, has another number of fields, or a field is not
                 a number in range.
@@ -64,6 +69,9 @@ class Terrain:
             raise ValueError(f"terrain: expected one of {', '.join(_FORMS)}, got {name!r}")
         form, build = _FAMILIES[family]
         expected = form.split("-")[1:]
+        if seed is not None and expected[-1:] == ["seed"] and len(fields) == len(expected) - 1:
+            name = f"{name}-{seed}"
+            fields = [*fields, str(seed)]
         if len(fields) != len(expected):
             raise ValueError(
                 f"terrain: expected {form} ({len(expected)} field(s)), got {name!r} "

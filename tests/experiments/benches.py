@@ -18,6 +18,7 @@ TINY = Setting(
     duration=0.5,
     cold_starts=2,
     warm_starts=3,
+    pairs=2,
 )
 MACHINE = Machine("Abacus", 2, "3.11.7", "2.13.0", "1.7.4", "2026-01-02T03:04:05+00:00", "bench")
 ROWS = [

@@ -67,6 +67,31 @@ def write_freezing(folder: Path, speeds: Sequence[Sequence[float]]) -> None:
     write_csv(folder / "freeze.csv", ["run", "second", "terrain", "speed"], rows)
 
 
+def write_paired(
+    folder: Path, plastic: Sequence[float], frozen: Sequence[float], generation: int = 10
+) -> None:
+    """Speeds of each run's champion on three terrains, plastic and with weights frozen at 20 s."""
+    rows = [
+        (generation, run, f"hilly-3-30-{k}", frozen_at, speed + k - 1)
+        for frozen_at, speeds in ((float("nan"), plastic), (20.0, frozen))
+        for run, speed in enumerate(speeds)
+        for k in range(3)
+    ]
+    columns = ["generation", "run", "terrain", "frozen_at", "speed"]
+    write_csv(folder / "paired.csv", columns, rows)
+
+
+def write_generalization(folder: Path, training: Sequence[float], unseen: Sequence[float]) -> None:
+    """Speeds of each run's champion on terrains of its evolution and on unseen ones."""
+    rows = [
+        (setting, run, f"hilly-3-30-{k}", speed + k - 1)
+        for setting, speeds in (("training", training), ("unseen", unseen))
+        for run, speed in enumerate(speeds)
+        for k in range(3)
+    ]
+    write_csv(folder / "generalization.csv", ["setting", "run", "terrain", "speed"], rows)
+
+
 def write_inner_life(
     folder: Path, runs: int, *, growth: float = 4.0, period: float = 1.5, gain: float = 20.0
 ) -> None:

@@ -15,6 +15,9 @@ FILES = {
     "inner_life": "inner_life.json",
     "pruned": "pruned.csv",
     "matrix": "matrix.csv",
+    "random_genomes": "random_genomes.json",
+    "paired_speeds": "paired.csv",
+    "generalized": "generalization.csv",
 }
 
 
@@ -35,7 +38,9 @@ def test_an_analysis_writes_its_file_once(name: str, file: str, folder: Path) ->
         speeds = [float(row["speed"]) for row in csv.DictReader(written.read_text().splitlines())]
         assert max(speeds) > min(speeds)
     else:
-        assert [run["run"] for run in json.loads(written.read_text())["runs"]] == [0, 1]
+        n = PLASTIC.population if name == "random_genomes" else PLASTIC.runs
+        runs = json.loads(written.read_text())["runs"]
+        assert [run["run"] for run in runs] == list(range(n))
     assert not list(folder.glob("*.tmp"))
     written.write_text("left alone")
     assert getattr(registry, name)(folder) == written
@@ -55,7 +60,7 @@ def test_unseen_terrains_are_ten_and_reported_alike(tmp_path: Path) -> None:
     assert [row[1] for row in rows[1:11]] == [f"hilly-3-30-{k}" for k in range(10)]
 
 
-@pytest.mark.parametrize("name", ["frozen", "inner_life", "pruned"])
+@pytest.mark.parametrize("name", ["frozen", "inner_life", "random_genomes", "pruned"])
 def test_what_asks_for_plasticity_refuses_a_static_network(name: str, tmp_path: Path) -> None:
     folder = run_folder(tmp_path, STATIC)
     with pytest.raises(ValueError, match="run: expected plastic champions, got the mlp"):

@@ -9,7 +9,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -27,8 +26,8 @@ from experiments.campaign.root import CampaignRoot, Standing
 from experiments.campaign.study import Study
 from experiments.config import EvolveConfig
 from experiments.runs.champions import Champions
+from tests.experiments.held import COMMAND, held, lines
 
-COMMAND = [sys.executable, "-c", "from experiments.cli import main; main()"]
 SCALE = Scale(runs=2, generations=2, population=8, duration=0.5, seed=3)
 WORM = EvolveConfig(shape="worm-2x1")
 BOTH = Study("both", "which?", (Grid(WORM, {"controller": ("hebbian", "mlp")}),))
@@ -79,23 +78,40 @@ def test_a_campaign_leaves_ordinary_runs_and_its_declaration(finished: Path) -> 
     content = json.loads((finished / "campaign.json").read_text())
     assert Scale(**content["scale"]) == SCALE
     assert content["studies"] == {"both": {"question": "which?", "conditions": [HEBBIAN, MLP]}}
-    assert {path.name for path in finished.iterdir()} == {"campaign.json", "conditions", "lock"}
+    assert {path.name for path in finished.iterdir()} == {
+        "campaign.json", "conditions", "lock", "overview"
+    }  # fmt: skip
 
 
 def test_tensorboard_shows_the_median_within_its_quartiles(finished: Path) -> None:
     rows, _ = results(finished, HEBBIAN)
     best = [float(row[2]) for row in rows if row[1] == "2"]  # of both runs in generation 2
-    together = EventAccumulator(str(finished / "conditions" / HEBBIAN / "over-runs")).Reload()
-    for name, share in (("q25", 0.25), ("median", 0.5), ("q75", 0.75)):
-        _, last = together.Scalars(f"fitness/best/{name}")
+    together = EventAccumulator(str(finished / "overview" / HEBBIAN)).Reload()
+    for tag, share in (
+        ("quartiles/fitness/best/q25", 0.25),
+        ("fitness/best", 0.5),
+        ("quartiles/fitness/best/q75", 0.75),
+    ):
+        _, last = together.Scalars(tag)
         assert last.value == pytest.approx(min(best) + share * (max(best) - min(best)), rel=1e-5)
     (event,) = together.Tensors("custom_scalars__config__")
     layout = layout_pb2.Layout.FromString(event.tensor_proto.string_val[0])
     (charts,) = layout.category
     series = [chart.margin.series[0] for chart in charts.chart]
     shown = {tag for each in series for tag in (each.value, each.lower, each.upper)}
-    assert shown == set(together.Tags()["scalars"])
-    assert series[0].lower == "fitness/best/q25"
+    assert shown <= set(together.Tags()["scalars"])
+    assert series[0].lower == "quartiles/fitness/best/q25"
+
+
+def test_tensorboard_shows_one_run_per_condition(finished: Path) -> None:
+    overview = finished / "overview"
+    found = {path.parent.relative_to(overview) for path in overview.rglob("events.out.*")}
+    assert found == {Path(HEBBIAN), Path(MLP)}
+    static = EventAccumulator(str(overview / MLP)).Reload().Tags()["scalars"]
+    assert {"validation/hilly-3-30", "validation/damage", "body/touch"} <= set(static)
+    assert not [tag for tag in static if tag.startswith(("plasticity", "rules"))]
+    (life,) = (finished / "conditions" / MLP).glob("run-*/life")  # of the best champion
+    assert "life/speed" in EventAccumulator(str(life)).Reload().Tags()["scalars"]
 
 
 def test_finished_conditions_are_left_alone(
@@ -128,21 +144,18 @@ def test_studies_added_later_reuse_conditions(tmp_path: Path) -> None:
 def test_a_killed_campaign_goes_on_exactly(tmp_path: Path) -> None:
     file = tmp_path / "both.toml"
     file.write_text('[base]\nshape = "worm-2x1"\n[axes]\ncontroller = ["hebbian", "mlp"]\n')
-    scale = replace(SCALE, generations=60)
+    scale = replace(SCALE, generations=3)
     expected, root = tmp_path / "expected", tmp_path / "root"
     assert run(BOTH, out=expected, scale=scale) == 0
 
-    options = "--runs 2 --generations 60 --population 8 --duration 0.5 --seed 3 --threads 1"
-    command = f"campaign --grid {file} --out {root} {options}"
-    process = subprocess.Popen([*COMMAND, *command.split()], stdout=subprocess.DEVNULL)
-    history = root / "conditions" / MLP / "history.csv"  # of the second condition
-    while not history.exists() or len(history.read_text().splitlines()) < 1 + 2 * 10:
-        assert process.poll() is None
-        time.sleep(0.001)
-    process.kill()
-    assert process.wait() == -signal.SIGKILL
+    options = "--runs 2 --generations 3 --population 8 --duration 0.5 --seed 3 --threads 1"
+    second = root / "conditions" / MLP
+    with held(f"campaign --grid {file} --out {root} {options}", second, 2) as process:
+        process.kill()
+        process.communicate()
+        assert process.returncode == -signal.SIGKILL
     first = snapshot(root / "conditions" / HEBBIAN)
-    assert len(history.read_text().splitlines()) < 1 + 2 * 60
+    assert len(lines(second)) == 1 + 2 * 2
 
     assert run(BOTH, out=root, scale=scale) == 0
     assert snapshot(root / "conditions" / HEBBIAN) == first

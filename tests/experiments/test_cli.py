@@ -142,7 +142,7 @@ def test_render_writes_pictures(
 
 
 @pytest.mark.parametrize(
-    "arguments", ["evolve --sensors ultra", "evolve --bogus 3", "evaluate", ""]
+    "arguments", ["evolve --controller ultra", "evolve --bogus 3", "evaluate", ""]
 )
 def test_a_complaint_about_the_arguments_is_one_line(arguments, monkeypatch, capsys):
     assert run(arguments, monkeypatch) == 2

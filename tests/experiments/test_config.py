@@ -1,20 +1,22 @@
 """Options: the paper's defaults, clear refusals before anything is written, JSON."""
 
+import dataclasses
 import json
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from experiments.config import EvolveConfig, fresh_terrain
+from experiments.config import EvolveConfig
 from experiments.evolution.evolve import evolve
+from experiments.options import options_of
 
 
 def test_defaults_are_the_papers() -> None:
     config = EvolveConfig()
     config.validate()
     assert (config.population, config.generations, config.sigma) == (40, 500, 0.35)  # Sec. III-C
-    assert (config.eta, config.init, config.normalize) == (0.01, "zero", "none")  # Sec. III-B
+    assert (config.eta, config.init, config.normalize) == (0.01, "zeros", None)  # Sec. III-B
     assert (config.terrain, config.duration, config.noise) == ("hilly-3-30", 60.0, 0.01)  # Sec. IV
 
 
@@ -25,6 +27,8 @@ def test_defaults_are_the_papers() -> None:
         ("shape", "biped-4"),
         ("sensors", "lowest"),
         ("controller", "lstm"),
+        ("gain", 0.0),
+        ("gain", float("inf")),
         ("sharing", "none"),
         ("normalize", "l1"),
         ("eta", float("nan")),
@@ -71,12 +75,26 @@ def test_a_wrong_option_is_refused_and_nothing_written(
         ("eta", 0.1),
         ("init", "uniform"),
         ("terms", "BCD"),
+        ("exchange_bc", True),
+        ("constant_last_input", True),
     ],
 )
 def test_options_of_plasticity_are_refused_for_a_static_network(name: str, value: object) -> None:
     replace(EvolveConfig(), **{name: value}).validate()
     with pytest.raises(ValueError, match=rf"^{name}: .*mlp"):
         replace(EvolveConfig(), controller="mlp", **{name: value}).validate()
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("gain", 30.0), ("bias", True), ("input_activation", "tanh")]
+)
+@pytest.mark.parametrize("controller", ["mlp", "rnn"])
+def test_options_of_static_networks_are_refused_for_a_plastic_one(
+    controller: str, name: str, value: object
+) -> None:
+    replace(EvolveConfig(), controller=controller, **{name: value}).validate()
+    with pytest.raises(ValueError, match=rf"^{name}: .*hebbian"):
+        replace(EvolveConfig(), **{name: value}).validate()
 
 
 def test_json_keeps_every_option() -> None:
@@ -93,23 +111,26 @@ def test_options_of_before_a_new_one_are_read_as_its_default() -> None:
     assert EvolveConfig.from_json(json.dumps(values)) == config
 
 
+def test_earlier_and_textual_spellings_mean_the_same() -> None:
+    written = EvolveConfig(normalize="none", init="zero")
+    assert written == EvolveConfig()
+    assert (written.normalize, written.init) == (None, "zeros")
+    values = json.loads(EvolveConfig().to_json()) | {"normalize": "none", "init": "zero"}
+    assert EvolveConfig.from_json(json.dumps(values)) == EvolveConfig()
+
+
+def test_every_option_states_what_it_is() -> None:
+    options = options_of(EvolveConfig)
+    assert list(options) == [field.name for field in dataclasses.fields(EvolveConfig)]
+    assert list(options_of(EvolveConfig, "axis")) == ["shape", "sensors", "controller", "damage"]
+    assert set(options_of(EvolveConfig, "machine")) == {"device", "threads", "loop"}
+    assert options["terms"].suffix("ACD") == "without-B"
+    assert options["sharing"].label("grouped") == "sensors"
+    assert options["sharing"].label("single") == "single"
+    assert options["eta"].label(0.1) == "η = 0.1"
+
+
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"colour": 1}'])
 def test_json_of_something_else_is_refused(text: str) -> None:
     with pytest.raises(ValueError):
         EvolveConfig.from_json(text)
-
-
-@pytest.mark.parametrize(
-    ("name", "full"),
-    [
-        ("hilly-3-30", "hilly-3-30-5"),
-        ("hilly-3-30-7", "hilly-3-30-7"),
-        ("steppy-1-10", "steppy-1-10-5"),
-        ("flatWithStart", "flatWithStart-5"),
-        ("flatWithStart-7", "flatWithStart-7"),
-        ("uphill-10", "uphill-10"),
-        ("flat", "flat"),
-    ],
-)
-def test_a_seed_is_added_where_the_name_leaves_it_open(name: str, full: str) -> None:
-    assert fresh_terrain(name, 5) == full

@@ -6,11 +6,11 @@ from scipy import stats
 
 from experiments.analysis.measures import (
     activation_measures,
-    period_of,
-    regularity_of,
+    gait_measures,
     term_shares,
     weight_measures,
 )
+from experiments.analysis.spectrum import frequency_of, period_of, power_above, regularity_of
 
 TIMES = np.arange(480) / 60
 
@@ -61,11 +61,35 @@ def test_period_of_a_gait_with_overtones() -> None:
     assert period_of(levels) == pytest.approx(1.5, abs=0.02)
 
 
-@pytest.mark.parametrize("seconds", [0.5, 1.0, 2.0])
+@pytest.mark.parametrize("seconds", [0.05, 0.11, 0.125, 0.5, 1.0, 2.0])
 def test_period_of_a_sine(seconds: float) -> None:
     wave = np.sin(2 * np.pi * TIMES[:, None] / seconds).astype(np.float16)
-    assert period_of(wave) == pytest.approx(seconds, abs=0.02)
-    assert regularity_of(wave) == pytest.approx(1.0, abs=0.1)
+    assert period_of(wave) == pytest.approx(seconds, rel=0.01)
+    assert frequency_of(wave, step=0.1) == pytest.approx(1 / seconds / 6, rel=0.01)
+    assert regularity_of(wave) > (0.9 if seconds > 0.1 else 0.8)
+
+
+def test_the_stronger_of_two_movements_is_the_gait() -> None:
+    slow, fast = (np.sin(2 * np.pi * hertz * TIMES[:, None]) for hertz in (0.5, 8.6))
+    assert frequency_of(2 * slow + fast) == pytest.approx(0.5, rel=0.02)
+    assert frequency_of(slow + 2 * fast) == pytest.approx(8.6, rel=0.01)
+
+
+def test_power_above_a_frequency() -> None:
+    slow, fast = (np.sin(2 * np.pi * hertz * TIMES[:, None]) for hertz in (1.0, 9.0))
+    assert power_above(2 * slow + fast, 4.0) == pytest.approx(0.2, abs=1e-3)  # 1 of 4 + 1
+    assert power_above(fast, 4.0) == pytest.approx(1.0, abs=1e-6)
+    assert power_above(slow, 4.0) == pytest.approx(0.0, abs=1e-6)
+    assert power_above(np.ones((480, 2)), 4.0) is None
+    assert power_above(slow, 4.0, step=0.2) is None  # cannot be seen every 0.2 s
+
+
+def test_measures_of_a_gait() -> None:
+    wave = 1 + 0.1 * np.sin(2 * np.pi * 8.0 * TIMES[:, None] + np.array([0.0, 1.0]))
+    found = gait_measures(wave.astype(np.float16))
+    assert found["gait_frequency"] == pytest.approx(8.0, rel=0.01)
+    assert found["gait_period"] == pytest.approx(1 / 8, rel=0.01)
+    assert found["vibration"] == pytest.approx(1.0, abs=0.01)
 
 
 def test_what_does_not_repeat_itself_has_no_period() -> None:

@@ -1,4 +1,4 @@
-"""One life: the order of acting and sensing, and how speed is measured."""
+"""One episode: the order of acting and sensing, and how speed is measured."""
 
 from dataclasses import replace
 from functools import partial
@@ -9,16 +9,21 @@ import torch
 
 import hebbtorch
 from experiments.config import EvolveConfig
-from experiments.rollout import controller, fused
-from experiments.rollout.episode import Life, live
-from experiments.rollout.evaluate import world
+from experiments.rollout import Episode, Outcome, Scenarios, controller, fused, simulator
+from experiments.rollout.control_loop import control_loop
 from physics import Simulator, Terrain
 
 N = 3
 
 
+def live(sim: Simulator, network: Any, duration: float, trace: bool = False, **options) -> Outcome:
+    sim.reset(seeds=list(range(N)))  # the first episode of these seeds, whatever came before
+    return Episode(sim, network, duration, **options).finish(trace=trace)
+
+
 def born(config: EvolveConfig):
-    sim = world(config, [Terrain.from_name(f"hilly-3-30-{i}") for i in range(N)], list(range(N)))
+    terrains = [Terrain.from_name("hilly-3-30", seed=i) for i in range(N)]
+    sim = simulator(config, Scenarios(terrains, list(range(N)), list(range(N))))
     networks = controller.build(config, N)
     genomes = torch.rand(N, networks.n_genes, generator=torch.Generator().manual_seed(1)) * 2 - 1
     networks.set_genomes(genomes)
@@ -104,7 +109,7 @@ def test_own_layers_in_an_own_network_are_driven_through_torch(tiny: EvolveConfi
     for make in (Decay, partial(hebbtorch.HebbianLinear, normalize="l2")):
         sim, networks = born(tiny)
         other = make(sizes[1], sizes[2], population=(N,))
-        other.load_state_dict(networks.layers[1].state_dict())
+        other.set_genomes(networks.layers[1].genomes())
         networks.layers[1] = other
         stepwise = live(sim, networks, tiny.duration, loop="torch").speed
         assert torch.equal(live(sim, networks, tiny.duration).speed, stepwise)
@@ -120,8 +125,8 @@ def test_a_life_starts_at_birth_whatever_came_before(tiny: EvolveConfig) -> None
 def test_weights_at_birth_matter(tiny: EvolveConfig) -> None:
     sim, networks = born(tiny)
     state = networks.initial_state("uniform", generator=torch.Generator().manual_seed(0))
-    given: Life = live(sim, networks, tiny.duration, state=state)
-    default: Life = live(sim, networks, tiny.duration)
+    given: Outcome = live(sim, networks, tiny.duration, state=state)
+    default: Outcome = live(sim, networks, tiny.duration)
     assert not torch.equal(given.speed, default.speed)
     zero = live(sim, networks, tiny.duration, state=networks.initial_state())
     assert torch.equal(zero.speed, default.speed)
@@ -160,3 +165,39 @@ def test_a_brain_for_other_worlds_is_refused(change: Any, message: str) -> None:
     brain.run(sim, 1)
     with pytest.raises(ValueError, match=message):
         replace(brain, items=change(brain.items)).run(sim, 1)
+
+
+def test_frozen_in_the_middle_the_weights_stay_and_the_robot_goes_on(tiny: EvolveConfig) -> None:
+    ends = []
+    for loop in ("fused", "torch"):
+        sim, networks = born(tiny)
+        episode = Episode(sim, networks, tiny.duration, loop=loop)
+        episode.run(episode.n_steps // 2)
+        episode.freeze()
+        frozen, before = episode.state().weights, sim.actuation()
+        outcome = episode.finish()
+        assert all(map(torch.equal, outcome.state.weights, frozen))
+        assert frozen[0].any()
+        assert not torch.equal(sim.actuation(), before)
+        ends.append(sim.mass_poses())
+    torch.testing.assert_close(*ends, rtol=0, atol=1e-4)  # sums in another order
+
+
+def test_both_loops_stop_learning_when_a_world_is_over(tiny: EvolveConfig) -> None:
+    """World 0 ends early; its weights stay as they were then."""
+    ends = [0.1] + [10.0] * (N - 1)
+    weights = {}
+    for loop in ("fused", "torch"):
+        networks = born(tiny)[1]
+        short = Simulator(
+            tiny.shape, Terrain.from_name("flat"), N, sensors=tiny.sensors, lifetime=ends
+        )
+        control = control_loop(short, networks, networks.initial_state(), loop)
+        control.run(short, 8)
+        before = control.state().weights[0].clone()
+        control.run(short, 6)
+        after = control.state().weights[0]
+        assert torch.equal(before[0], after[0])
+        assert not torch.equal(before[1], after[1])
+        weights[loop] = after
+    torch.testing.assert_close(weights["fused"], weights["torch"])

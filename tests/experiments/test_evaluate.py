@@ -6,11 +6,19 @@ from typing import Any
 import pytest
 import torch
 
-from experiments.analysis.unseen import default_file, reassess
+from experiments.analysis.unseen import reassess
 from experiments.config import EvolveConfig
-from experiments.rollout import controller, seeds
-from experiments.rollout.evaluate import Evaluator, lives, world
-from physics import Terrain
+from experiments.rollout import (
+    Episode,
+    Evaluator,
+    Scenarios,
+    fitness,
+    seeds,
+    simulator,
+    start_episode,
+)
+from experiments.runs.names import evaluation_file
+from physics import Apparatus, Engine, Morphology, Simulator, Terrain
 
 
 def genomes(config: EvolveConfig, seed: int = 0) -> torch.Tensor:
@@ -26,7 +34,7 @@ def alike(config: EvolveConfig) -> torch.Tensor:
     return genomes(config)[:, :1].expand(-1, config.population, -1)
 
 
-@pytest.mark.parametrize("init", ["zero", "uniform"])
+@pytest.mark.parametrize("init", ["zeros", "uniform"])
 def test_runs_side_by_side_are_the_runs_alone(tiny: EvolveConfig, init: str) -> None:
     both = replace(tiny, runs=2, init=init, damage="half")
     population = genomes(both)
@@ -72,7 +80,7 @@ def test_damage_strikes_at_half_of_the_life(tiny: EvolveConfig) -> None:
     areas = {}
     for damage in ("none", "half"):
         config = replace(tiny, shape="biped-4x3", noise=0.0, damage=damage, duration=2.0)
-        sim = world(config, [Terrain.from_name("flat")] * 2, [1, 2])
+        sim = simulator(config, Scenarios([Terrain.from_name("flat")] * 2, [1, 2], [0, 0]))
         sim.reset()
         areas[damage] = []
         while sim.time < 2.0:
@@ -89,18 +97,18 @@ def test_reassessment_is_on_the_predefined_terrains(tiny: EvolveConfig) -> None:
     champions = genomes(config)[0, :2]
     speeds = reassess(config, champions, seeds.unseen_terrain_seeds(3))
     for champion in range(2):
-        networks = controller.build(config, 1)
-        networks.set_genomes(champions[champion : champion + 1])
         for terrain in range(3):
-            ground = Terrain.from_name(f"hilly-3-30-{terrain}")
-            alone = lives(config, networks, [ground], [0], [0]).speed
+            scenario = Scenarios([Terrain.from_name(f"hilly-3-30-{terrain}")], [0], [0])
+            alone = (
+                start_episode(config, champions[champion : champion + 1], scenario).finish().speed
+            )
             assert torch.equal(speeds[champion, terrain], alone[0])
 
 
 def test_other_terrains_or_seeds_are_another_file() -> None:
     """They do not replace what campaigns and figures read."""
     config = EvolveConfig(terrain="flat")
-    names = [default_file(config, *others) for others in ((), (10, 0), (9, 0), (10, 1))]
+    names = [evaluation_file(config, *others) for others in ((), (10, 0), (9, 0), (10, 1))]
     usual, again, fewer, seeded = names
     assert usual == again == "evaluation-flat-none.csv"
     assert (fewer, seeded) == (
@@ -114,3 +122,67 @@ def test_reassessment_has_noise_that_follows_from_its_seed(tiny: EvolveConfig) -
     first = reassess(tiny, champions, terrains, seed=1)
     assert torch.equal(reassess(tiny, champions, terrains, seed=1), first)
     assert not torch.equal(reassess(tiny, champions, terrains, seed=2), first)
+
+
+@pytest.mark.parametrize("init", ["zeros", "uniform"])
+def test_fitness_is_evolutions_own_in_any_batch(tiny: EvolveConfig, init: str) -> None:
+    config = replace(tiny, init=init, damage="half")
+    population = genomes(config)[0]
+    evolved = Evaluator(config)(population[None], 3).speed
+    evaluate = fitness(config)
+    assert torch.equal(evaluate(population, 3), evolved)
+    assert torch.equal(evaluate(population[:3], 3), evolved[:3])
+    more = evaluate(torch.cat([population, population]), 3)
+    assert torch.equal(more[: len(population)], evolved)
+    assert not torch.equal(more[len(population) :], evolved)  # individuals of their own
+    assert not torch.equal(evaluate(population, 4), evolved)
+
+
+def test_objects_replace_the_options_of_fitness(tiny: EvolveConfig) -> None:
+    population, named = genomes(tiny)[0, :2], Terrain.from_name("hilly-1-10-3")
+    usual = fitness(tiny)(population, 1)
+    on_named = fitness(tiny, terrain=named)(population, 1)
+    assert torch.equal(fitness(replace(tiny, terrain=named.name))(population, 1), on_named)
+    assert torch.equal(fitness(tiny, terrain=named.name)(population, 1), on_named)
+    body = Morphology.from_name(tiny.shape)
+    apparatus = Apparatus.named(tiny.sensors, body)
+    assert torch.equal(fitness(tiny, shape=body, sensors=apparatus)(population, 1), usual)
+    slippery = fitness(tiny, engine=Engine(friction=0.1))(population, 1)
+    assert (slippery != usual).all()
+    wider = fitness(tiny, shape=Morphology.from_grid([[1, 1, 1]]))
+    with pytest.raises(ValueError, match=r"genomes: expected shape \(B, \d+\), got"):
+        wider(population, 1)
+
+
+def test_an_objective_replaces_the_speed(tiny: EvolveConfig) -> None:
+    population = genomes(tiny)[0, :2]
+
+    def speed_and_height(episode: Episode) -> torch.Tensor:
+        speed = episode.finish().speed
+        return torch.stack([speed, episode.sim.center_of_mass()[:, 1].double()], 1)
+
+    values = fitness(tiny, objective=speed_and_height)(population, 1)
+    assert values.shape == (2, 2)
+    assert torch.equal(values[:, 0], fitness(tiny)(population, 1))
+
+
+def test_a_failed_simulation_has_no_fitness(
+    tiny: EvolveConfig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    population = genomes(tiny)[0, :2]
+    monkeypatch.setattr(Simulator, "failed", lambda sim: torch.tensor([True, False]))
+    values = fitness(tiny, objective=lambda episode: torch.ones(2, 3))(population, 1)
+    assert values.isnan().tolist() == [[True] * 3, [False] * 3]
+    assert fitness(tiny)(population, 1).isnan().tolist() == [True, False]
+
+
+@pytest.mark.parametrize(
+    ("shape", "generation", "message"),
+    [((2, 3), 1, "genomes: expected shape"), ((3,), 1, "genomes"), (None, 0, "generation")],
+)
+def test_wrong_arguments_of_fitness_are_named(
+    tiny: EvolveConfig, shape: Any, generation: int, message: str
+) -> None:
+    given = genomes(tiny)[0] if shape is None else torch.zeros(shape)
+    with pytest.raises(ValueError, match=f"{message}.* got"):
+        fitness(tiny)(given, generation)

@@ -1,12 +1,8 @@
 """Whole evolutions: what they leave, and that going on is the same as never having stopped."""
 
 import csv
-import random
 import shutil
 import signal
-import subprocess
-import sys
-import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,8 +15,7 @@ from experiments.evolution.evolve import Session, evolve, resume
 from experiments.evolution.progress import ProgressDisplay
 from experiments.runs.champions import Champions
 from experiments.runs.folder import Checkpoint, RunStore
-
-COMMAND = [sys.executable, "-c", "from experiments.cli import main; main()"]
+from tests.experiments.held import held, interrupt
 
 
 def history(folder: Path) -> list[list[str]]:
@@ -170,34 +165,22 @@ def test_runs_side_by_side_evolve_as_they_would_alone(
     assert logged(folder / "run-1") == logged(finished)
 
 
-def start(arguments: str, folder: Path, generations: int) -> subprocess.Popen[str]:
-    """`hebbtorch <arguments>`, once it has done some generations."""
-    process = subprocess.Popen([*COMMAND, *arguments.split()], stdout=subprocess.PIPE, text=True)
-    while not folder.exists() or len(history(folder)) < 1 + generations:
-        assert process.poll() is None
-        time.sleep(0.001)
-    time.sleep(random.uniform(0, 0.05))
-    return process
-
-
 def test_interrupted_killed_and_resumed_is_the_same(tiny: EvolveConfig, tmp_path: Path) -> None:
-    longer = replace(tiny, generations=60)
     expected, folder = tmp_path / "expected", tmp_path / "killed"
-    evolve(longer, expected)
+    evolve(tiny, expected)
 
-    options = "--shape worm-2x1 --duration 0.5 --population 8 --generations 60 --threads 1 --seed 5"
-    process = start(f"evolve {options} --out {folder}", folder, generations=5)
-    process.send_signal(signal.SIGINT)
-    assert f"hebbtorch evolve --resume {folder}" in process.communicate()[0]
-    assert process.returncode == 130
-    done = len(history(folder)) - 1
-    assert done < 60
+    options = "--shape worm-2x1 --duration 0.5 --population 8 --generations 6 --threads 1 --seed 5"
+    with held(f"evolve {options} --out {folder}", folder, 2) as process:
+        out, _ = interrupt(process)
+        assert f"hebbtorch evolve --resume {folder}" in out
+        assert process.returncode == 130
+    assert len(history(folder)) == 1 + 2
 
-    process = start(f"evolve --resume {folder}", folder, generations=done + 5)
-    process.kill()
-    process.communicate()
-    assert process.returncode == -signal.SIGKILL
-    assert len(history(folder)) < 1 + 60
+    with held(f"evolve --resume {folder}", folder, 4, moment="before") as process:
+        process.kill()
+        process.communicate()
+        assert process.returncode == -signal.SIGKILL
+    assert len(history(folder)) == 1 + 4  # the checkpoint is at 3
 
     resume(folder)
     assert_same_outcome(folder, expected)

@@ -1,5 +1,6 @@
 """Figures from folders of finished runs: what goes into the tables, and that pictures are there."""
 
+import shutil
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -78,6 +79,31 @@ def test_evolution_shows_the_median_of_runs(root: Path, out: Path) -> None:
     assert float(rows[-1]["deviation"]) == 2.0
 
 
+def test_when_a_gait_is_found(root: Path, out: Path) -> None:
+    write_run(root, SMALL, [4.0, 2.0, 0.5])  # above 1 m/s in generations 2 and 3, and never
+    write_run(root, MLP, [0.5, 0.5, 0.5])
+    ours, theirs = draw("takeoff", root, out)
+    assert (ours["controller"], ours["n"], ours["took_off"]) == ("Hebbian", "3", "2")
+    assert float(ours["median_generation"]) == 3
+    assert theirs["median_generation"] == theirs["p"] == "nan"
+    assert 0.05 < float(ours["p"]) == float(ours["p_holm"]) < 0.2
+
+
+def test_aggregates_over_apparatuses(root: Path, out: Path) -> None:
+    for sensors, ours, theirs in (("low", 8.0, 2.0), ("high", 4.0, 4.0)):
+        write_run(root, replace(SMALL, sensors=sensors), [ours] * 4)
+        write_run(root, replace(MLP, sensors=sensors), [theirs] * 4)
+    hebbian, mlp = draw("profiles", root, out)
+    assert (hebbian["controller"], hebbian["apparatuses"], hebbian["n"]) == (
+        "Hebbian",
+        "low, high",
+        "8",
+    )
+    assert (float(hebbian["iqm"]), float(mlp["iqm"])) == (6.0, 3.0)
+    assert float(hebbian["a12"]) == 0.75  # always faster at one, even at the other
+    assert mlp["a12"] == ""
+
+
 def test_generalization_tests_runs_and_tells_the_pooled_p(root: Path, out: Path) -> None:
     ours = write_run(root, SMALL, [8.0, 9.0, 7.0])
     theirs = write_run(root, MLP, [1.0, 2.0, 3.0])
@@ -149,6 +175,26 @@ def test_each_variant_has_its_figure(root: Path, out: Path) -> None:
     assert row["first"] == "η evolved"
 
 
+def test_controls_are_compared_with_the_plastic_network(root: Path, out: Path) -> None:
+    write_run(root, SMALL, [5.0, 6.0, 7.0])
+    write_run(root, MLP, [1.0])
+    assert FIGURES["controls"](find_runs([root]), out) == []
+    write_run(root, replace(MLP, gain=30.0, bias=True), [4.0])
+    write_run(root, replace(MLP, controller="rnn", gain=30.0), [3.0])
+    write_run(root, replace(SMALL, control_interval=12), [2.0])
+    write_run(root, replace(SMALL, normalize="l2"), [9.0])  # no control
+    rows = draw("controls", root, out)
+    assert [row["first"] for row in rows] == [
+        "MLP",
+        "MLP, gain 30, biases",
+        "RNN, gain 30",
+        "every 12 steps",
+    ]
+    assert {row["second"] for row in rows} == {"Hebbian"}
+    (row,) = draw("control_interval", root, out)
+    assert (row["first"], float(row["median_first"])) == ("every 12 steps", 2.0)
+
+
 def test_inner_life(root: Path, out: Path) -> None:
     plain = write_run(root, SMALL, [3.0, 5.0])
     write_inner_life(plain, 2, growth=4.0, period=1.5)
@@ -160,9 +206,14 @@ def test_inner_life(root: Path, out: Path) -> None:
     ]
     assert float(rows[2]["largest"]) == pytest.approx(4 * float(rows[1]["largest"]))
     assert len(list(out.glob("normalized_weight_distributions.*"))) == 4
+    shutil.copy(normalized / "inner_life.json", plain / "random_genomes.json")
+    rows = draw("weight_distributions", root, out)
+    assert [row["whose"] for row in rows] == ["champion"] * 6 + ["random genome"] * 3
+    (plain / "random_genomes.json").unlink()
     rows = draw("activations", root, out)
     assert [row["controller"] for row in rows] == ["Hebbian", "Hebbian", "normalized"]
-    assert float(rows[0]["period_gait"]) == pytest.approx(1.5)
+    assert {row["whose"] for row in rows} == {"champion"}
+    assert float(rows[0]["period_gait"]) == pytest.approx(1.5, rel=1e-3)
     assert float(rows[0]["saturated_output"]) > 0.8 > float(rows[2]["saturated_output"])
 
 
@@ -246,7 +297,7 @@ def test_the_command_draws_what_there_is_and_says_what_is_missing(
     shown = capsys.readouterr().out
     written = sorted(path.name for path in (root / "figures").iterdir())
     assert written == sorted(
-        [f"{name}.{suffix}" for name in ("effectiveness", "evolution")
+        [f"{name}.{suffix}" for name in ("effectiveness", "evolution", "takeoff", "profiles")
          for suffix in ("png", "pdf", "csv", "md")] + ["REPORT.md"]
     )  # fmt: skip
     assert shown.count("wrote ") == len(written)

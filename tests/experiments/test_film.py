@@ -7,7 +7,8 @@ import pytest
 import torch
 from PIL import Image
 
-from experiments.analysis.film import film_run, lidar_rays, record
+from experiments.analysis.film import FilmOptions, film_run
+from experiments.analysis.trajectory import lidar_rays, record
 from experiments.analysis.unseen import reassess
 from experiments.config import EvolveConfig
 from experiments.rollout import controller
@@ -44,17 +45,17 @@ def test_recorded_life_is_the_one_of_the_reassessment(seed, damage):
     speed = reassess(config, genome()[None], [seed]).item()
     assert recording.speed == pytest.approx(speed, abs=5e-6)  # the centre is a float32 mean
     assert recording.terrain.name == f"hilly-3-30-{seed}"
-    assert len(recording.frames) == steps_in(1.0)
+    assert len(recording.times) == steps_in(1.0)
 
 
 def test_film_begins_and_ends_when_asked_to():
-    frames = record(CONFIG, genome(), start=0.4, seconds=0.3).frames
-    assert frames[0].time == pytest.approx(0.4)
-    assert frames[-1].time == pytest.approx(0.7, abs=1 / 60)
-    assert len(frames) == round((frames[-1].time - frames[0].time) * 60) + 1
-    last = record(CONFIG, genome(), seconds=0.25).frames  # by default as late as a short life lets
-    assert last[0].time == pytest.approx(0.75)
-    assert last[-1].time == pytest.approx(1.0, abs=1 / 60)
+    times = record(CONFIG, genome(), start=0.4, seconds=0.3).times
+    assert times[0] == pytest.approx(0.4)
+    assert times[-1] == pytest.approx(0.7, abs=1 / 60)
+    assert np.diff(times) == pytest.approx(1 / 60)
+    last = record(CONFIG, genome(), seconds=0.25).times  # by default as late as a short life lets
+    assert last[0] == pytest.approx(0.75)
+    assert last[-1] == pytest.approx(1.0, abs=1 / 60)
 
 
 def test_rays_are_as_long_as_the_lidar_reads():
@@ -66,8 +67,9 @@ def test_rays_are_as_long_as_the_lidar_reads():
     apparatus = Apparatus(
         ((Sensor("area"),), (Sensor("touch"), Sensor("lidar", angles=(-30, 0), range=reach)))
     )
-    rays = lidar_rays(poses, np.array([0.9, 0.8, 0.5, 0.25]), apparatus)
-    for ray, reading, own in zip(rays, (0.5, 0.25), (-math.pi / 6, 0.0), strict=True):
+    rays, hits = lidar_rays(poses, np.array([0.9, 0.8, 0.5, 1.0]), apparatus)
+    assert hits.tolist() == [True, False]
+    for ray, reading, own in zip(rays, (0.5, 1.0), (-math.pi / 6, 0.0), strict=True):
         direction = [math.cos(angle + own), math.sin(angle + own)]
         assert ray[0] == pytest.approx([20, 8])
         assert ray[1] - ray[0] == pytest.approx(np.multiply(direction, reading * reach))
@@ -93,7 +95,7 @@ def test_a_run_is_filmed(run, tmp_path):
 
 def test_champions_of_two_runs_are_filmed_apart_and_repeatably(run):
     def strip(**options):
-        path, _ = film_run(run, seconds=0.3, mp4=False, **options)
+        (path,) = film_run(run, seconds=0.3, mp4=False, options=FilmOptions(gif="no"), **options)
         return path.read_bytes()
 
     assert strip() == strip(run=1)  # the fittest
@@ -119,7 +121,7 @@ def test_wrong_options_are_named_and_nothing_is_written(run, options, message):
 
 def test_a_film_ends_where_the_simulation_fails(monkeypatch):
     monkeypatch.setattr(Simulator, "failed", lambda sim: torch.tensor([sim.time > 0.51]))
-    frames = record(CONFIG, genome(), start=0.3, seconds=0.5).frames
-    assert frames[-1].time == pytest.approx(0.5)
+    times = record(CONFIG, genome(), start=0.3, seconds=0.5).times
+    assert times[-1] == pytest.approx(0.5)
     with pytest.raises(ValueError, match="before the simulation of this robot fails, got 0.6 s"):
         record(CONFIG, genome(), start=0.6, seconds=0.3)

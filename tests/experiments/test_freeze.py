@@ -9,16 +9,15 @@ import torch
 from PIL import Image
 
 from experiments.analysis import freezing
-from experiments.analysis.freezing import Freezing, act, learn, school_and_exam
+from experiments.analysis.freezing import Freezing, act, learn, training_and_test
 from experiments.analysis.unseen import reassess
-from experiments.rollout import controller, fused
-from experiments.rollout.evaluate import lives, world
+from experiments.rollout import controller, fused, simulator, start_episode
 from experiments.runs.champions import Champions
 from physics.scene.clock import steps_in
 from tests.experiments.champions import PLASTIC, STATIC, random_champions, run_folder
 from tests.experiments.commands import hebbtorch
 
-SCHOOL, EXAM = school_and_exam(PLASTIC, 2, seed=0)
+TRAINING, TEST = training_and_test(PLASTIC, 2, seed=0)
 
 
 @pytest.fixture(scope="module")
@@ -28,47 +27,45 @@ def champions() -> Champions:
 
 @pytest.fixture(scope="module")
 def snapshots(champions: Champions) -> freezing.Weights:
-    return learn(PLASTIC, champions.genomes, [0.0, 0.5, 1.0], SCHOOL)
+    return learn(PLASTIC, champions.genomes, [0.0, 0.5, 1.0], TRAINING)
 
 
-def exam_world(snapshots: freezing.Weights):
+def worlds_of_test(snapshots: freezing.Weights):
     """Worlds for all (second, run, terrain)."""
-    n = snapshots[0].shape[:-2].numel()
-    grounds = EXAM * n
-    return world(PLASTIC, grounds.terrains(), grounds.worlds)
+    return simulator(PLASTIC, TEST * snapshots[0].shape[:-2].numel())
 
 
 def plastic_network(champions: Champions, snapshots: freezing.Weights):
-    """The champions with their rules, in the order of `exam_world`, and the weights given."""
+    """The champions with their rules, in the order of `worlds_of_test`, and the weights given."""
     n_snapshots = len(snapshots[0])
-    genomes = champions.genomes.repeat(n_snapshots, 1).repeat_interleave(len(EXAM), 0)
+    genomes = champions.genomes.repeat(n_snapshots, 1).repeat_interleave(len(TEST), 0)
     network = controller.build(PLASTIC, len(genomes))
     network.set_genomes(genomes)
-    weights = [layer.flatten(0, 1).repeat_interleave(len(EXAM), 0) for layer in snapshots]
+    weights = [layer.flatten(0, 1).repeat_interleave(len(TEST), 0) for layer in snapshots]
     state = type(network.initial_state())(tuple(weights))
     return network, state
 
 
 def test_terrains_to_learn_and_to_be_judged_on_differ() -> None:
-    assert SCHOOL.names == ["hilly-3-30-0"]
-    assert EXAM.names == ["hilly-3-30-1", "hilly-3-30-2"]
-    assert len({*SCHOOL.worlds, *EXAM.worlds}) == 3
+    assert TRAINING.names == ["hilly-3-30-0"]
+    assert TEST.names == ["hilly-3-30-1", "hilly-3-30-2"]
+    assert len({*TRAINING.world_seeds, *TEST.world_seeds}) == 3
 
 
-@pytest.mark.parametrize("init", ["zero", "uniform"])
+@pytest.mark.parametrize("init", ["zeros", "uniform"])
 def test_snapshots_are_the_weights_of_a_life_so_long(champions: Champions, init: str) -> None:
     config = replace(PLASTIC, init=init)
-    snapshots = learn(config, champions.genomes, [0.0, 0.5, 1.0], SCHOOL)
+    snapshots = learn(config, champions.genomes, [0.0, 0.5, 1.0], TRAINING)
     networks = controller.build(config, 2)
     networks.set_genomes(champions.genomes)
-    grounds = SCHOOL * 2
-    born = controller.birth(networks, init, grounds.births).weights
-    for layer, weights in enumerate(born):
+    scenarios = TRAINING * 2
+    first = controller.initial_state(networks, init, scenarios.init_seeds).weights
+    for layer, weights in enumerate(first):
         assert torch.equal(snapshots[layer][0], weights)
     for k, duration in ((1, 0.5), (2, 1.0)):
         shorter = replace(config, duration=duration)
-        life = lives(shorter, networks, grounds.terrains(), grounds.worlds, grounds.births)
-        for layer, weights in enumerate(life.state.weights):
+        outcome = start_episode(shorter, champions.genomes, scenarios).finish()
+        for layer, weights in enumerate(outcome.state.weights):
             assert torch.equal(snapshots[layer][k], weights)
     assert not torch.equal(snapshots[0][1], snapshots[0][2])
 
@@ -78,7 +75,7 @@ def test_frozen_weights_act_as_the_plastic_network_without_plasticity(
 ) -> None:
     """The control loop by hand, with the network that has the rules, but does not use them."""
     network, state = plastic_network(champions, snapshots)
-    sim = exam_world(snapshots)
+    sim = worlds_of_test(snapshots)
     sim.reset()
     actuation = torch.zeros(sim.n_worlds, sim.n_voxels)
     xs, times = [], []
@@ -89,10 +86,10 @@ def test_frozen_weights_act_as_the_plastic_network_without_plasticity(
             xs.append(sim.center_of_mass().double()[:, 0])
             times.append(sim.time)
     expected = ((xs[-1] - xs[0]) / (times[-1] - times[0])).reshape(3, 2, 2)
-    ours = act(replace(PLASTIC, loop="torch"), snapshots, EXAM)
+    ours = act(replace(PLASTIC, loop="torch"), snapshots, TEST)
     torch.testing.assert_close(ours, expected, rtol=0, atol=1e-9)
     assert ours[1:].abs().min() > 1e-4  # they do move
-    fused_speeds = act(PLASTIC, snapshots, EXAM)
+    fused_speeds = act(PLASTIC, snapshots, TEST)
     torch.testing.assert_close(fused_speeds, ours, rtol=0, atol=2e-3)  # sums in another order
 
 
@@ -100,18 +97,18 @@ def test_they_act_in_the_kernel_as_the_plastic_network_does(
     champions: Champions, snapshots: freezing.Weights
 ) -> None:
     network, state = plastic_network(champions, snapshots)
-    sim = exam_world(snapshots)
+    sim = worlds_of_test(snapshots)
     sim.reset()
     brain = fused.pack(sim, network, state, plastic=False)
     brain.run(sim, 1)
     start, birth = sim.center_of_mass().double(), sim.time
     brain.run(sim, steps_in(PLASTIC.duration) - 1)
     speed = (sim.center_of_mass().double() - start)[:, 0] / (sim.time - birth)
-    assert torch.equal(act(PLASTIC, snapshots, EXAM), speed.reshape(3, 2, 2))
+    assert torch.equal(act(PLASTIC, snapshots, TEST), speed.reshape(3, 2, 2))
 
 
 def test_without_weights_a_robot_is_passive(snapshots: freezing.Weights) -> None:
-    sim = world(PLASTIC, EXAM.terrains(), EXAM.worlds)
+    sim = simulator(PLASTIC, TEST)
     sim.reset()
     nothing = torch.zeros(2, sim.n_voxels)
     sim.step(nothing)
@@ -119,7 +116,7 @@ def test_without_weights_a_robot_is_passive(snapshots: freezing.Weights) -> None
     for _ in range(steps_in(PLASTIC.duration) - 1):
         sim.step(nothing)
     passive = (sim.center_of_mass().double() - start)[:, 0] / (sim.time - birth)
-    speeds = act(PLASTIC, snapshots, EXAM)
+    speeds = act(PLASTIC, snapshots, TEST)
     assert not any(layer[0].any() for layer in snapshots)  # at birth
     for run in range(2):
         assert torch.equal(speeds[0, run], passive)
@@ -133,16 +130,16 @@ def test_weights_set_by_hand_give_the_actuation_that_they_say() -> None:
     n_in = controller.build(config, 1).sizes[0]
     into = torch.full((1, 1, n_in, n_in), 100.0)
     out = signs.reshape(1, 1, 3, 1) * torch.full((1, 1, 3, n_in), 100.0)
-    sim = world(config, EXAM.terrains(), EXAM.worlds)
+    sim = simulator(config, TEST)
     sim.reset()
     sim.step(torch.zeros(2, 3))
     start, birth = sim.center_of_mass().double(), sim.time
     for _ in range(steps_in(config.duration) - 1):
         sim.step(signs.expand(2, 3))
     expected = (sim.center_of_mass().double() - start)[:, 0] / (sim.time - birth)
-    ours = act(config, (into, out), EXAM)[0, 0]
+    ours = act(config, (into, out), TEST)[0, 0]
     torch.testing.assert_close(ours, expected, rtol=0, atol=1e-4)  # tanh rounds to just below 1
-    opposite = act(config, (into, -out), EXAM)[0, 0]
+    opposite = act(config, (into, -out), TEST)[0, 0]
     assert (opposite - expected).abs().min() > 1e-2
 
 
@@ -153,22 +150,22 @@ def test_frozen_networks_meet_what_reassessed_ones_meet(damage: str) -> None:
     weights.set_genomes(static.genomes)
     layers = tuple(layer[None] for layer in weights.initial_state().weights)
     config = replace(PLASTIC, damage=damage)
-    speeds = act(config, layers, school_and_exam(config, 2, seed=7)[1])
+    speeds = act(config, layers, training_and_test(config, 2, seed=7)[1])
     assert torch.equal(speeds[0], reassess(static.config, static.genomes, [1, 2], seed=7))
 
 
 def test_parts_of_a_batch_change_nothing(
     snapshots: freezing.Weights, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    whole = act(PLASTIC, snapshots, EXAM)
+    whole = act(PLASTIC, snapshots, TEST)
     monkeypatch.setattr(freezing, "_MOST_WORLDS", 5)  # two networks on two terrains, at most
-    assert torch.equal(act(PLASTIC, snapshots, EXAM), whole)
+    assert torch.equal(act(PLASTIC, snapshots, TEST), whole)
 
 
 def test_every_second_of_every_run_is_there(champions: Champions) -> None:
     measured = freezing.freeze(champions, n_terrains=2)
-    seconds = learn(PLASTIC, champions.genomes, [0.0, 1.0], SCHOOL)
-    expected = act(PLASTIC, seconds, EXAM)
+    seconds = learn(PLASTIC, champions.genomes, [0.0, 1.0], TRAINING)
+    expected = act(PLASTIC, seconds, TEST)
     assert measured.speeds.shape == (2, 2, 2)
     for run in range(2):
         for second in range(2):

@@ -9,29 +9,27 @@ import pytest
 import torch
 
 import hebbtorch
-from experiments.analysis.freezing import learn, school_and_exam
+from experiments.analysis.freezing import learn, training_and_test
 from experiments.analysis.recording import LAYERS, Recording, describe, observe, times_of, write
 from experiments.analysis.term_sizes import TermSizes
 from experiments.analysis.unseen import reassess
-from experiments.rollout import controller
-from experiments.rollout.evaluate import world
+from experiments.rollout import controller, simulator
 from physics.scene.clock import steps_in
 from tests.experiments.champions import PLASTIC, random_champions, run_folder
 
-SCHOOL, _ = school_and_exam(PLASTIC, 1, 0)
+TRAINING, _ = training_and_test(PLASTIC, 1, 0)
 STEPS = steps_in(PLASTIC.duration)
 
 
 @pytest.fixture(scope="module")
 def recording() -> Recording:
-    return observe(PLASTIC, random_champions().genomes, SCHOOL)
+    return observe(PLASTIC, random_champions().genomes, TRAINING)
 
 
 def by_hand(seconds: float):
     """Activations (in, hidden, out) of every step, and the poses, through PyTorch."""
     config = replace(PLASTIC, duration=seconds)
-    grounds = SCHOOL * 2
-    sim = world(config, grounds.terrains(), grounds.worlds)
+    sim = simulator(config, TRAINING * 2)
     network = controller.build(config, 2)
     network.set_genomes(random_champions().genomes)
     state = network.initial_state()
@@ -57,7 +55,7 @@ def test_it_is_the_life_of_the_reassessment(recording: Recording) -> None:
     speeds = reassess(PLASTIC, random_champions().genomes, [0])[:, 0]
     moved = (way[:, -1, 0] - way[:, 0, 0]) / ((STEPS - 1) / 60)
     assert moved == pytest.approx(speeds.numpy(), abs=1e-4)
-    snapshots = learn(PLASTIC, random_champions().genomes, times_of(PLASTIC.duration), SCHOOL)
+    snapshots = learn(PLASTIC, random_champions().genomes, times_of(PLASTIC.duration), TRAINING)
     for ours, expected in zip(recording.weights, snapshots, strict=True):
         assert np.array_equal(ours, expected.movedim(0, 1).numpy())
 
@@ -91,7 +89,7 @@ def test_histograms_count_every_activation(recording: Recording) -> None:
 
 def test_the_last_ten_seconds_are_kept() -> None:
     config = replace(PLASTIC, duration=10.5)
-    recording = observe(config, random_champions().genomes[:1], SCHOOL)
+    recording = observe(config, random_champions().genomes[:1], TRAINING)
     whole = steps_in(10.5)
     assert recording.way.shape == (1, whole, 2)
     assert recording.activations[0].shape[1] == recording.areas.shape[1] == steps_in(10.0)
@@ -136,7 +134,7 @@ def test_terms_are_those_of_the_second_before(recording: Recording) -> None:
 def test_a_term_that_is_missing_has_no_share() -> None:
     config = replace(PLASTIC, terms="BCD")
     champions = random_champions(config)
-    for run in describe(observe(config, champions.genomes, SCHOOL)):
+    for run in describe(observe(config, champions.genomes, TRAINING)):
         for at_time in run["weights"]:
             assert at_time["terms"]["A"] == 0.0
             assert sum(at_time["terms"].values()) == pytest.approx(1.0)
@@ -145,7 +143,7 @@ def test_a_term_that_is_missing_has_no_share() -> None:
 def test_description_of_a_life_without_learning() -> None:
     config = replace(PLASTIC, eta=0.0)
     champions = random_champions(config)
-    (run, _) = describe(observe(config, champions.genomes, SCHOOL))
+    (run, _) = describe(observe(config, champions.genomes, TRAINING))
     assert run["weights"][2]["largest"] == 0.0
     assert set(run["weights"][2]["terms"].values()) == {None}
     assert run["layers"]["output"]["saturated"] == 0.0
@@ -170,6 +168,7 @@ def test_files(recording: Recording, tmp_path) -> None:
             "activations_output",
             "areas",
             "histograms",
+            "step",
             "terms",
             "times",
             "touching",

@@ -5,7 +5,7 @@ import csv
 import pytest
 import torch
 
-from experiments.analysis.freezing import act, freeze, learn, school_and_exam
+from experiments.analysis.freezing import act, freeze, learn, training_and_test
 from experiments.analysis.pruning import FRACTIONS, KINDS, order, prune, pruned
 from tests.experiments.champions import PLASTIC, random_champions
 
@@ -59,10 +59,10 @@ def test_pruned_champions(tmp_path) -> None:
     for kind in range(len(KINDS)):
         assert torch.equal(pruning.speeds[:, kind, 0], frozen)
 
-    school, exam = school_and_exam(PLASTIC, 2, 0)
-    weights = tuple(layer[0] for layer in learn(PLASTIC, champions.genomes, [1.0], school))
+    training, test = training_and_test(PLASTIC, 2, 0)
+    weights = tuple(layer[0] for layer in learn(PLASTIC, champions.genomes, [1.0], training))
     half = pruned(weights, order(weights, "smallest"), FRACTIONS[5])
-    expected = act(PLASTIC, tuple(layer[None] for layer in half), exam)[0]
+    expected = act(PLASTIC, tuple(layer[None] for layer in half), test)[0]
     assert torch.equal(pruning.speeds[:, KINDS.index("smallest"), 5], expected)
     assert not torch.equal(expected, frozen)
 
@@ -74,6 +74,6 @@ def test_pruned_champions(tmp_path) -> None:
             int(row["run"]),
             KINDS.index(row["which"]),
             FRACTIONS.index(float(row["fraction"])),
-            exam.names.index(row["terrain"]),
+            test.names.index(row["terrain"]),
         )
         assert float(row["speed"]) == pruning.speeds[at].item()

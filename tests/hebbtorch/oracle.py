@@ -1,4 +1,4 @@
-"""The networks again, one scalar at a time, written from the paper and the documented gene order.
+"""The networks of the paper again, one scalar at a time, from the paper and the gene order.
 
 Shares no code with the package: plain floats, plain loops, no torch.
 """

@@ -1,17 +1,26 @@
 """The package's front door: what it offers, and the example that it shows."""
 
 import doctest
+import importlib
 import importlib.resources
+import pkgutil
 import subprocess
 import sys
 
+import pytest
+import torch
+
 import hebbtorch
 
+MODULES = [module.name for module in pkgutil.walk_packages(hebbtorch.__path__, prefix="hebbtorch.")]
 
-def test_the_example_in_the_docstring_runs():
-    results = doctest.testmod(hebbtorch)
-    assert results.attempted >= 6
+
+@pytest.mark.parametrize("name", ["hebbtorch", *MODULES])
+def test_the_examples_in_docstrings_run(name):
+    module = importlib.import_module(name)
+    results = doctest.testmod(module, extraglobs={"hebbtorch": hebbtorch, "torch": torch})
     assert results.failed == 0
+    assert results.attempted >= 6 or name != "hebbtorch"
 
 
 def test_every_public_name_is_there():

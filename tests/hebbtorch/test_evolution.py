@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import hebbtorch
-from hebbtorch.evolution import next_population, ranking
+from hebbtorch.evolution_strategy import next_population, ranking
 
 
 def sphere(genomes, optimum):

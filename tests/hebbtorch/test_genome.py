@@ -131,7 +131,7 @@ def test_wrong_genomes_are_refused_and_change_nothing(genomes, message):
         (([3, 2],), {"sharing": "grouped", "groups": ["a"]}, "groups: expected 3 labels.* got 1"),
         (([3, 2],), {"eta": "fast"}, "eta: expected a finite number or 'evolved', got 'fast'"),
         (([3, 2],), {"eta": float("nan")}, "eta: expected a finite number"),
-        (([3, 2],), {"normalize": "l1"}, "normalize: expected None, 'l2' or 'minmax', got 'l1'"),
+        (([3, 2],), {"normalize": "l1"}, "normalize: expected None, 'l2', .* got 'l1'"),
         (([3, 2],), {"population": 40}, r"population: expected a tuple .* got 40"),
         (([3, 2],), {"population": (0,)}, "population: expected"),
     ],

@@ -11,7 +11,7 @@ import torch
 from torch import nn
 
 import hebbtorch
-from hebbtorch.bounds import l2_normalize
+from hebbtorch.functional.bounds import l2_normalize
 
 KINDS = [hebbtorch.HebbianMLP, hebbtorch.StaticMLP]
 
@@ -94,7 +94,8 @@ def test_states_are_not_changed_from_elsewhere():
     layer = hebbtorch.Stateful(hebbtorch.HebbianMLP([3, 2]), "uniform")
     saved = layer.state
     before = saved.weights[0].clone()
-    layer.load_state_dict({k: torch.zeros_like(v) for k, v in layer.state_dict().items()})
+    zeros = {k: torch.zeros_like(v) for k, v in layer.state_dict().items() if "weights" in k}
+    layer.load_state_dict({**layer.state_dict(), **zeros})
     assert torch.equal(saved.weights[0], before)
     assert torch.equal(layer.state.weights[0], torch.zeros(2, 3))
 
@@ -217,9 +218,11 @@ class Own(hebbtorch.Evolvable):
 
 def test_own_networks_have_genes_by_individual():
     assert Own((4, 2, 3), (4, 1, 3)).n_genes == 9
-    with pytest.raises(ValueError, match=r"weight of layer 1 of shape \(\*\(4,\), rows, columns\)"):
-        Own((4, 2, 3), (4, 3)).gene_blocks  # noqa: B018
+    assert Own((4, 2, 3), (4, 3)).n_genes == 9
+    assert Own((4,), (4, 1, 2, 3)).n_genes == 7
+    with pytest.raises(ValueError, match=r"weight of layer 1 of shape \(\*\(4,\), \.\.\.\)"):
+        Own((4, 2, 3), (3, 4)).gene_blocks  # noqa: B018
     wide_first = Own((4, 1, 1), (4, 1, 1), dtypes=(torch.float64, torch.float32))
-    with pytest.raises(ValueError, match="finite in torch.float32, got 4 NaN or infinite"):
+    with pytest.raises(ValueError, match="got 4 NaN or infinite"):
         wide_first.set_genomes(torch.full((4, 2), 1e300, dtype=torch.float64))
     assert torch.equal(wide_first.genomes(), torch.zeros(4, 2, dtype=torch.float64))

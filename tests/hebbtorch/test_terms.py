@@ -67,7 +67,7 @@ def test_all_terms_are_the_default():
     explicit = hebbtorch.HebbianMLP(SIZES, eta="evolved", terms="ABCD")
     names = ["rules.A", "rules.B", "rules.C", "rules.D", "rules.eta_gene"]
     assert [name for name, _ in default.layers[0].named_parameters()] == names
-    assert list(default.layers[0].state_dict()) == names
+    assert list(default.layers[0].state_dict()) == ["_extra_state", *names]
     assert torch.equal(default.genomes(), explicit.genomes())
 
 
@@ -79,7 +79,7 @@ def test_what_is_left_keeps_its_order_and_its_names():
     assert rule.B.tolist() == [[0, 1, 2], [3, 4, 5]]
     assert rule.D.tolist() == [[6, 7, 8], [9, 10, 11]]
     assert rule.A.item() == rule.C.item() == 0
-    assert list(layer.state_dict()) == ["rules.B", "rules.D"]
+    assert list(layer.state_dict()) == ["_extra_state", "rules.B", "rules.D"]
     assert "terms='BD'" in repr(layer)
 
 

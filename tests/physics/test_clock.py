@@ -25,6 +25,33 @@ def test_times_add_up_one_by_one():
     assert clock.times(4000).tolist() == expected
 
 
+def test_times_without_adding_up_are_those_of_adding_up():
+    steps = 2**22  # 19 hours, past sixteen powers of two
+    accumulated = clock.times(steps)
+    near = [2**k / DT + d for k in range(17) for d in range(-3, 4)]  # where rounding changes
+    chosen = np.unique(np.clip([*range(1, 5000), *range(1, steps, 997), *near], 1, steps))
+    chosen = chosen.astype(np.int64)
+    assert (clock.times_after(chosen) == accumulated[chosen - 1]).all()
+    assert clock.times_after(np.array([0])) == 0
+
+
+def test_steps_of_a_duration_are_those_of_counting():
+    times = clock.times(5000)
+    for step in (1, 2, 59, 60, 61, 127, 128, 129, 1801, 4999):
+        time = times[step - 1]
+        assert clock.steps_in(time) == step
+        assert clock.steps_in(np.nextafter(time, 0)) == step
+        assert clock.steps_in(np.nextafter(time, np.inf)) == step + 1
+
+
+def test_the_longest_duration_has_an_answer_and_longer_ones_are_refused():
+    longest = clock.time_after(clock.MOST_STEPS)
+    assert clock.steps_in(longest) == 2**31
+    assert longest == pytest.approx(2**31 * DT, rel=1e-6)
+    with pytest.raises(ValueError, match="duration: expected at most 35791393 s"):
+        clock.steps_in(1e9)
+
+
 @pytest.mark.parametrize(("interval", "lengths"), [(0.25, {15, 16}), (0.5, {30, 31})])
 def test_windows_hold_the_samples_not_older_than_the_interval(interval, lengths):
     n = 600

@@ -25,14 +25,6 @@ def test_voxels_break_independently_of_each_other_and_of_the_next_seed():
     assert np.abs(correlation - np.eye(8)).max() < 0.07  # 4.4 standard errors
 
 
-def test_named_damage():
-    assert Damage.from_name("none") is None
-    half = Damage.from_name("half")
-    assert (half.probability, half.time, half.mode, half.until) == (0.5, 30.0, "rest", np.inf)
-    with pytest.raises(ValueError, match="expected none or half, got 'all'"):
-        Damage.from_name("all")
-
-
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
@@ -40,6 +32,8 @@ def test_named_damage():
         ({"probability": float("nan")}, "probability"),
         ({"time": -1.0}, "time >= 0 s"),
         ({"time": float("inf")}, "finite time"),
+        ({"time": 1e9}, "time: expected at most 35791393 s, which are 2.31 steps"),
+        ({"until": 1e9}, "until: expected at most 35791393 s, which are 2.31 steps"),
         ({"until": 10.0}, "until > time = 30.0 s, got 10.0"),
         ({"mode": "broken"}, "mode in rest, frozen, random, blind, got 'broken'"),
     ],

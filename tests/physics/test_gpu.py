@@ -37,7 +37,7 @@ torch.save((torch.stack(way).cpu(), speeds.cpu()), file)
 """
 _CLOSED_LOOP = """
 import sys, torch
-from experiments import controller, evaluate, seeds
+from experiments.rollout import controller, evaluate, seeds
 from experiments.config import EvolveConfig
 device, file = sys.argv[1:]
 config = EvolveConfig(sensors="high", duration=1.0, device=device, runs=1, population=40)

@@ -190,7 +190,14 @@ BAD_SETTINGS = [
     ({"threads": 0}, "threads: expected an integer >= 1, got 0"),
     ({"threads": 1.5}, "threads: expected an integer >= 1, got 1.5"),
     ({"lanes": 0}, "lanes: expected an integer >= 1, got 0"),
-    ({"lanes": 3}, "lanes: expected a power of two, got 3"),
+    ({"lanes": 3}, "lanes: expected a power of two up to 32, got 3"),
+    ({"lanes": 256}, "lanes: expected a power of two up to 32, got 256"),
+    ({"n_worlds": 2**40}, r"n_worlds: expected at most \d+, which fill the"),
+    ({"n_worlds": True}, "n_worlds: expected an integer >= 1, got True"),
+    (
+        {"lifetime": 1e9},
+        "lifetime: expected at most 35791393 s, which are 2.31 steps, got 1000000000.0",
+    ),
     ({"lanes": "8"}, "lanes: expected an integer >= 1, got '8'"),
     ({"lifetime": -1.0}, "lifetime: expected a finite number >= 0, got -1.0"),
     ({"lifetime": [1.0]}, "lifetime: expected one or 2 numbers"),
@@ -255,3 +262,97 @@ def test_integers_of_other_kinds_will_do():
     sims = [small(seed=seed, noise=0.1, lifetime=np.float32(1.0)) for seed in seeds]
     assert torch.equal(*[sim.reset() for sim in sims])
     assert small(damage=Damage()).step(torch.zeros(2, 2, dtype=torch.int64)).shape == (2, 2)
+
+
+# --- the process around it ------------------------------------------------------------------------
+
+
+LOOKS = (
+    *("readings", "actuation", "area_ratios", "center_of_mass", "failed"),
+    *("mass_poses", "mass_velocities", "touching", "voxel_centers"),
+)
+
+
+def test_what_is_seen_belongs_to_the_caller():
+    """Also where a view of the state would have the right shape and order."""
+    for shape, lanes in (("box-1x1", None), ("worm-2x1", 1)):
+        sim = Simulator(shape, FLAT, 3, sensors="low", lanes=lanes, threads=1)
+        sim.run(torch.zeros(60, 3, sim.n_voxels))
+        looks = [getattr(Simulator, name) for name in LOOKS]
+        kept = [look(sim) for look in looks]
+        before = [values.clone() for values in kept]
+        sim.run(torch.ones(30, 3, sim.n_voxels))
+        assert all(torch.equal(*pair) for pair in zip(kept, before, strict=True))
+        now = [look(sim) for look in looks]
+        for values in kept:
+            values.fill_(1)
+        assert all(torch.equal(look(sim), seen) for look, seen in zip(looks, now, strict=True))
+
+
+def test_worlds_outlive_inference_mode():
+    actions = torch.ones(5, 2, 2)
+    expected = small()
+    with torch.inference_mode():
+        sim = small()
+        sim.run(actions)
+        sim.reset()
+    sim.run(actions)
+    expected.run(actions)
+    expected.reset()
+    expected.run(actions)
+    assert torch.equal(sim.mass_poses(), expected.mass_poses())
+    one = torch.tensor([True, False])
+    for each in (sim, expected):
+        each.reset(one)
+        each.set_poses(each.mass_poses(), each.mass_velocities())
+    assert torch.equal(sim.readings(), expected.readings())
+
+
+def test_poses_that_require_a_gradient_leave_no_graph():
+    sim = small()
+    sim.set_poses(sim.mass_poses().requires_grad_(), sim.mass_velocities().requires_grad_())
+    assert not sim.mass_poses().requires_grad
+
+
+def test_defaults_of_the_process_change_nothing(monkeypatch):
+    def end() -> torch.Tensor:
+        sim = Simulator(
+            "worm-2x1", [FLAT, Terrain.from_name("hilly-3-30-1")], 2, sensors="low", noise=0.1,
+            damage=Damage(time=0.1), lifetime=[0.3, 0.5], seed=[3, 4],
+        )  # fmt: skip
+        actions = torch.full((20, 2, 2), 0.5, dtype=torch.float32, device="cpu")
+        sim.run(actions)
+        sim.reset(torch.tensor([True, False], device="cpu"), seeds=[9])
+        sim.run(actions)
+        sim.set_poses(sim.mass_poses(), sim.mass_velocities())
+        return torch.cat([sim.readings().flatten(), sim.mass_poses().flatten(), sim.times])
+
+    expected = end()
+    torch.set_default_dtype(torch.float64)
+    torch.set_default_device("meta")
+    try:
+        found = end()
+    finally:
+        torch.set_default_device(None)
+        torch.set_default_dtype(torch.float32)
+    assert torch.equal(found, expected)
+
+
+def test_numbers_of_numpy_and_pytorch_are_numbers():
+    sim = Simulator(
+        "worm-2x1",
+        FLAT,
+        np.array(2),
+        sensors="low",
+        noise=np.float32(0.5),
+        gravity=np.array(9.8),
+        seed=np.array(3),
+        lifetime=torch.tensor(2.0),
+        threads=np.int64(1),
+        lanes=torch.tensor(8),
+    )
+    plain = Simulator(
+        "worm-2x1", FLAT, 2, sensors="low", noise=0.5, seed=3, lifetime=2.0, threads=1, lanes=8
+    )
+    assert torch.equal(sim.step(torch.ones(2, 2)), plain.step(torch.ones(2, 2)))
+    sim.reset(seeds=np.array(4))

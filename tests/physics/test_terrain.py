@@ -137,3 +137,34 @@ def test_unknown_names_are_refused(name, message):
 def test_odd_profiles_are_refused(xs, ys, message):
     with pytest.raises(ValueError, match=message):
         Terrain.from_profile(xs, ys)
+
+
+@pytest.mark.parametrize(
+    ("name", "full"),
+    [
+        ("hilly-3-30", "hilly-3-30-5"),
+        ("hilly-3-30-7", "hilly-3-30-7"),
+        ("steppy-1-10", "steppy-1-10-5"),
+        ("flatWithStart", "flatWithStart-5"),
+        ("flatWithStart-7", "flatWithStart-7"),
+        ("uphill-10", "uphill-10"),
+        ("flat", "flat"),
+    ],
+)
+def test_a_seed_is_added_where_the_name_leaves_it_open(name: str, full: str) -> None:
+    assert Terrain.from_name(name, seed=5).name == full
+    profile, whole = Terrain.from_name(name, seed=5), Terrain.from_name(full)
+    assert np.array_equal(profile.xs, whole.xs)
+    assert np.array_equal(profile.ys, whole.ys)
+
+
+@pytest.mark.parametrize("name", ["hilly-3-30", "flatWithStart"])
+def test_an_open_name_needs_a_seed(name: str) -> None:
+    with pytest.raises(ValueError, match="terrain: expected .*seed"):
+        Terrain.from_name(name)
+
+
+@pytest.mark.parametrize("name", ["hilly-3", "uphill", "mountain", ""])
+def test_a_seed_does_not_complete_a_wrong_name(name: str) -> None:
+    with pytest.raises(ValueError, match="terrain: expected"):
+        Terrain.from_name(name, seed=5)

@@ -1,6 +1,6 @@
 """The paper's claims, judged by finished runs.
 
-verdicts (rules) -> measures (numbers of runs) -> paper (the claims) -> report
+finding -> verdicts (rules) -> measures (numbers of runs) -> judges -> paper (the claims) -> report
 """
 
 from experiments.report.claims.paper import CLAIMS, Claim

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from dataclasses import replace
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from experiments.report import intervals
 from experiments.report.claims import measures, verdicts
+from experiments.report.claims.finding import Finding, number
 from experiments.report.claims.measures import Measure, Results
-from experiments.report.claims.verdicts import MARGIN, Finding
+from experiments.report.claims.verdicts import MARGIN
 from experiments.report.figures.conditions import Condition
 
 __all__ = [
@@ -108,11 +110,26 @@ def of_runs(
     bounds: Callable[[str], tuple[float, float]],
     bodies: Sequence[Body] = HIGH,
     variant: Mapping[str, Any] = _PLAIN,
+    undefined: Literal["worst", "left out"] = "worst",
+    reference: Measure | None = None,
 ) -> Finding:
-    """Judge that a measure lies within bounds, which depend on the shape, for every body."""
+    """Judge that a measure lies within bounds, which depend on the shape, for every body.
+
+    What the reference, random genomes, gives is told beside it and decides nothing: a claim that
+    holds of them as well is true, and no result of evolution.
+    """
     found = {body: results.find(body, variant=variant) for body in bodies}
     samples = {_name(body): None if c is None else measure(c) for body, c in found.items()}
-    return verdicts.within(samples, {_name(body): bounds(body[0]) for body in bodies})
+    limits = {_name(body): bounds(body[0]) for body in bodies}
+    finding = verdicts.within(samples, limits, undefined)
+    if reference is None:
+        return finding
+    random = [
+        f"{_name(body)}: random genomes, median {number(intervals.middle(values))} of {len(values)}"
+        for body, condition in found.items()
+        if condition is not None and len(values := reference(condition))
+    ]
+    return replace(finding, measured=(*finding.measured, *random))
 
 
 def against_full(

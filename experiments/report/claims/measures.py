@@ -8,12 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.analysis.generalization import TRAINING, UNSEEN
 from experiments.report import intervals
 from experiments.report.claims.verdicts import MARGIN
 from experiments.report.figures import inner_life
-from experiments.report.figures.conditions import Condition, per_run, runs_in
+from experiments.report.figures.conditions import Condition, per_run
 from experiments.report.figures.freezing import Frozen, frozen_speeds
-from experiments.report.figures.performance import unseen, unseen_per_run
+from experiments.report.figures.performance import unseen_per_run
+from experiments.runs.names import GENERALIZATION, PAIRED
 
 __all__ = [
     "SETTLED",
@@ -76,11 +78,19 @@ def speed_on_unseen(condition: Condition) -> Values:
 
 
 def kept_on_unseen(condition: Condition) -> Values:
-    """Median speed on unseen terrains as a share of that at the end of evolution."""
-    table = unseen(condition)
+    """Median speed on unseen terrains as a share of that on terrains of the evolution.
+
+    Both are re-assessments: the fitness in evolution is the best of a population, which a
+    re-assessment on the very same terrains would not reach either.
+    """
+    table = condition.table(GENERALIZATION)
     if table is None:
         return np.empty(0)
-    return _share(per_run(table), condition.fitness[runs_in(table)])
+    familiar, unseen = (
+        per_run({name: column[table["setting"] == each] for name, column in table.items()})
+        for each in (TRAINING, UNSEEN)
+    )
+    return _share(unseen, familiar)
 
 
 def generations_to_converge(condition: Condition) -> Values:
@@ -93,11 +103,17 @@ def generations_to_converge(condition: Condition) -> Values:
 
 
 def kept_frozen(condition: Condition) -> Values:
-    """Speed with weights frozen after 20 s, as a share of that at the end of evolution."""
-    frozen = _settling(condition)
-    if frozen is None:
+    """Median speed with weights frozen at 20 s, as a share of that of the same champions, still
+    plastic, on the same terrains."""
+    table = condition.table(PAIRED)
+    if table is None:
         return np.empty(0)
-    return _share(_plateau(frozen), condition.fitness[frozen.runs])
+    last = table["generation"] == table["generation"].max()
+    frozen, plastic = (
+        per_run({name: column[last & rows] for name, column in table.items()})
+        for rows in (table["frozen_at"] == SETTLED, np.isnan(table["frozen_at"]))
+    )
+    return _share(frozen, plastic) if len(frozen) else np.empty(0)
 
 
 def second_settled(condition: Condition) -> Values:
@@ -111,19 +127,26 @@ def second_settled(condition: Condition) -> Values:
     return np.where(plateau > 0, first, np.nan)  # what does not walk has not settled
 
 
-def weight_growth(condition: Condition) -> Values:
-    """Largest |w| at the end of a life over that at a quarter of it."""
+def weight_growth(condition: Condition, *, random: bool = False) -> Values:
+    """Largest |w| at the end of an episode over that at a quarter of it.
+
+    Args:
+        condition: what was evolved.
+        random: of random genomes in place of the champions; likewise in the next two.
+    """
     return _of_lives(
-        condition, lambda life: life["weights"][-1]["largest"] / life["weights"][1]["largest"]
+        condition,
+        lambda life: life["weights"][-1]["largest"] / life["weights"][1]["largest"],
+        random,
     )
 
 
-def kurtosis(condition: Condition) -> Values:
-    """Excess kurtosis of the weights at the end of a life."""
-    return _of_lives(condition, lambda life: _number(life["weights"][-1]["kurtosis"]))
+def kurtosis(condition: Condition, *, random: bool = False) -> Values:
+    """Excess kurtosis of the weights at the end of an episode."""
+    return _of_lives(condition, lambda life: _number(life["weights"][-1]["kurtosis"]), random)
 
 
-def bimodality(condition: Condition) -> Values:
+def bimodality(condition: Condition, *, random: bool = False) -> Values:
     """Twice the smaller of the shares of activations below -0.9 and above 0.9: 1 if all activations
     are saturated, evenly on both sides; mean of the hidden and the output layer."""
     return _of_lives(
@@ -131,6 +154,7 @@ def bimodality(condition: Condition) -> Values:
         lambda life: float(
             np.mean([2 * min(layer["low"], layer["high"]) for layer in life["layers"].values()])
         ),
+        random,
     )
 
 
@@ -159,8 +183,11 @@ def _plateau(frozen: Frozen) -> Values:
     return np.array([intervals.middle(own) for own in late])
 
 
-def _of_lives(condition: Condition, measure: Callable[[dict[str, Any]], float]) -> Values:
-    return np.array([measure(life) for life in inner_life.measures(condition)])
+def _of_lives(
+    condition: Condition, measure: Callable[[dict[str, Any]], float], random: bool = False
+) -> Values:
+    observed = inner_life.random_measures if random else inner_life.measures
+    return np.array([measure(life) for life in observed(condition)])
 
 
 def _number(value: float | None) -> float:

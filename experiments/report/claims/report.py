@@ -6,18 +6,18 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
+from experiments.files.atomic import write_atomically
 from experiments.report import statistics, tables
 from experiments.report.claims import verdicts
+from experiments.report.claims.finding import Finding, Verdict
 from experiments.report.claims.measures import Results
 from experiments.report.claims.paper import CLAIMS, Claim
-from experiments.report.claims.verdicts import Finding, Verdict
 from experiments.report.figures.conditions import Condition, gather
-from experiments.runs.folder import write_atomically
 
 __all__ = ["judge", "report"]
 
 _FILE = "REPORT.md"
-_ORDER: Sequence[Verdict] = ("supported", "contradicted", "open at this scale")
+_ORDER: Sequence[Verdict] = ("supported", "contradicted", "open")
 
 
 def report(run_folders: Sequence[Path], out: Path) -> Path:
@@ -38,7 +38,7 @@ def report(run_folders: Sequence[Path], out: Path) -> Path:
     counts = Counter(finding.verdict for _, finding in judged)
     rows = [
         {
-            "": number,
+            "": claim.number,
             "claim": claim.says,
             "in the paper": claim.source,
             "measured and tested": claim.test,
@@ -46,7 +46,7 @@ def report(run_folders: Sequence[Path], out: Path) -> Path:
             "tendency": finding.tendency,
             "why": finding.reason,
         }
-        for number, (claim, finding) in enumerate(judged, 1)
+        for claim, finding in judged
     ]
     parts = [
         "# The paper's claims, by the runs so far",
@@ -58,7 +58,7 @@ def report(run_folders: Sequence[Path], out: Path) -> Path:
         f"The margin is {100 * verdicts.MARGIN:.0f} % of the second's median. {_limits()} A12 is "
         "the probability that a run of the first named is higher (0.5: no effect).",
         "## Measurements",
-        *(_details(number, *each) for number, each in enumerate(judged, 1)),
+        *(_details(*each) for each in judged),
     ]
     write_atomically(out / _FILE, ("\n\n".join(parts) + "\n").encode())
     return out / _FILE
@@ -91,7 +91,7 @@ def _limits() -> str:
     )
 
 
-def _details(number: int, claim: Claim, finding: Finding) -> str:
-    lines = [f"**{number}. {claim.says}** {finding.verdict}: {finding.reason}.", ""]
+def _details(claim: Claim, finding: Finding) -> str:
+    lines = [f"**{claim.number}. {claim.says}** {finding.verdict}: {finding.reason}.", ""]
     lines += [f"- {line}" for line in finding.measured] or ["- nothing measured"]
     return "\n".join(lines)

@@ -1,42 +1,49 @@
 """Rules by which results support or contradict a claim, or leave it open.
 
-They are conservative: a verdict other than open needs a test at the 5 % level, or an interval on
-one side of a bound that was stated in advance.
+Version 2, fixed on 2026-11-25, before the results at the paper's full scale were in. A rule has
+three outcomes; one other than open needs at least 10 runs of every condition that it is about. The
+margin, stated in advance, is a difference that counts as none.
 
-- A difference is supported where the Mann-Whitney test, corrected by Holm for the places of the
-  claim, is significant in the claimed direction at every place; contradicted where it is
-  significant in the other direction at any.
+- "Higher" is supported where the Mann-Whitney test, corrected by Holm for the places of the claim,
+  is significant in the claimed direction at every place and the 95 % interval of the shift (all
+  shifts that the exact test does not reject) is not within the margin; contradicted where the
+  corrected test is significant in the other direction at any place, or the interval of the shift,
+  corrected for the number of places, is within the margin there.
 - "Not worse" and "no difference" never follow from a test that failed to reject. They are
-  supported where the 95 % interval of the shift (all shifts that the exact test does not reject)
-  stays within the margin at every place; contradicted where the corrected test is significant at
-  any place whose interval does not.
+  supported where the 95 % interval of the shift is within the margin at every place; contradicted
+  where a shift by the whole margin is rejected at any place, corrected by Holm. A difference that
+  is significant but may be smaller than the margin contradicts nothing.
 - A number is supported where its 95 % distribution-free interval over runs lies within the bounds
-  at every place; contradicted where its interval, corrected for the number of places, lies outside
-  at any.
+  at every place; contradicted where the sign test, corrected by Holm, puts the median outside at
+  any. Where a run has no such number (a gait without a period), it is left out and counted, and
+  half of the runs must have one.
 
 A claim about every place is not supported while one of them was not measured. Every claim is a
 family of tests of its own: of many claims that were all false, one in twenty could come out wrong.
+
+Version 1 called a claim of "not worse" contradicted on any significant difference, decided with
+fewer than 10 runs, and took a gait without a period for one of minus infinity.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from experiments.report import intervals, statistics
+from experiments.report.claims.finding import Finding, Place, Side, conclude, interval, number
 from experiments.report.intervals import ALPHA, Estimate
 from experiments.report.statistics import Comparison, Pair
 
 __all__ = [
+    "FIXED_ON",
     "MARGIN",
-    "Finding",
+    "VERSION",
     "Names",
     "Samples",
-    "Verdict",
     "alike",
     "greater_gain",
     "higher",
@@ -46,55 +53,33 @@ __all__ = [
 ]
 
 Values = NDArray[np.float64]
-Verdict = Literal["supported", "contradicted", "open at this scale"]
-Side = Literal["for", "against", "neither"]
 Names = tuple[str, str]
 Samples = Mapping[str, tuple[Values, Values] | None]
 """For every place of a claim, the runs of the first and of the second; None if not measured."""
 
+VERSION, FIXED_ON = 2, "2026-11-25"
+
 MARGIN = 0.2
 """Differences up to this share of the second's median count as none."""
 
-
-@dataclass(frozen=True)
-class Finding:
-    """What came out.
-
-    Attributes:
-        verdict: on the claim.
-        reason: for the verdict.
-        tendency: what the runs point to, place by place, whatever the verdict.
-        measured: a line for each place.
-    """
-
-    verdict: Verdict
-    reason: str
-    tendency: str
-    measured: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class _Place:
-    """What came out at one place."""
-
-    where: str
-    says: Side
-    decidable: bool
-    leans: bool  # to the claim, whether or not that is significant
-    tendency: str
-    measured: str
+_DEFINED = 0.5  # least share of runs that have a number, where some may have none
 
 
 def higher(samples: Samples, names: Names) -> Finding:
     """Judge that the first is higher than the second, everywhere."""
     places = []
-    for comparison in _compare(samples, names):
+    for comparison, pair in _compare(samples, names):
+        margin = _margin(comparison)
+        shift = intervals.shift(*pair)
+        careful = intervals.shift(*pair, alpha=ALPHA / len(samples))
         says: Side = "neither"
-        if comparison.significant:
-            says = "for" if comparison.a12 > 0.5 else "against"
-        leans = comparison.a12 > 0.5
-        places.append(_compared(comparison, says, comparison.decidable, leans))
-    return _conclude(places, samples, "a significant difference in the claimed direction")
+        if _inside(careful, margin):
+            says = "against"
+        elif comparison.significant:
+            is_higher = comparison.a12 > 0.5
+            says = "against" if not is_higher else "neither" if _inside(shift, margin) else "for"
+        places.append(_compared(comparison, says, comparison.a12 > 0.5, shift, margin))
+    return conclude(places, samples, "a significant difference in the claimed direction")
 
 
 def not_lower(samples: Samples, names: Names) -> Finding:
@@ -113,34 +98,46 @@ def alike(samples: Samples, names: Names) -> Finding:
 
 
 def within(
-    samples: Mapping[str, Values | None], bounds: Mapping[str, tuple[float, float]]
+    samples: Mapping[str, Values | None],
+    bounds: Mapping[str, tuple[float, float]],
+    undefined: Literal["worst", "left out"] = "worst",
 ) -> Finding:
     """Judge that the median over runs lies within bounds, everywhere.
 
     Args:
         samples: one value per run for every place; None if not measured.
         bounds: for every place, least and most.
+        undefined: what NaN is: the worst that could be, for either bound (a failed episode), or
+            to be left out (a gait that has no period).
     """
+    found = {where: values for where, values in samples.items() if values is not None}
+    found = {where: values for where, values in found.items() if len(values)}
+    defined = {
+        where: values[~np.isnan(values)] if undefined == "left out" else values
+        for where, values in found.items()
+    }
+    outside = statistics.holm([_outside(defined[where], *bounds[where]) for where in found])
     places = []
-    for where, values in samples.items():
-        if values is None or not len(values):
-            continue
+    for (where, values), p_outside in zip(found.items(), outside, strict=True):
         low, high = bounds[where]
-        estimate = intervals.median_bounds(values)
-        careful = intervals.median_bounds(values, alpha=ALPHA / len(samples))
+        kept = defined[where]
+        unknown = Estimate(np.nan, -np.inf, np.inf)
+        estimate = intervals.median_bounds(kept) if len(kept) else unknown
         says: Side = "neither"
-        if low <= estimate.low and estimate.high <= high:
-            says = "for"
-        elif careful.high < low or careful.low > high:
-            says = "against"
+        if len(kept) >= _DEFINED * len(values):
+            if low <= estimate.low and estimate.high <= high:
+                says = "for"
+            elif p_outside <= ALPHA:
+                says = "against"
+        without = len(values) - len(kept)
         line = (
-            f"{where}: median {_number(estimate.value)} of {len(values)} runs, 95 % interval "
-            f"{_interval(estimate)}, claimed {_interval(Estimate(low, low, high))}"
+            f"{where}: median {number(estimate.value)} of {len(kept)} runs"
+            f"{f' ({without} more have none)' if without else ''}, 95 % interval "
+            f"{interval(estimate)}, claimed {interval(Estimate(low, low, high))}"
         )
-        decidable = bool(np.isfinite([estimate.low, estimate.high]).any())
         leans = low <= estimate.value <= high
-        places.append(_Place(where, says, decidable, leans, _number(estimate.value), line))
-    return _conclude(places, samples, "an interval within the bounds", "medians ")
+        places.append(Place(where, says, len(values), leans, number(estimate.value), line))
+    return conclude(places, samples, "an interval within the bounds", "medians ")
 
 
 def greater_gain(one: Samples, other: Samples, names: Names) -> Finding:
@@ -169,89 +166,95 @@ def greater_gain(one: Samples, other: Samples, names: Names) -> Finding:
         elif careful_a.high < careful_b.low:
             says = "against"
         gains = " and ".join(
-            f"{name} {_number(gain.value)} {_interval(gain)}"
+            f"{name} {number(gain.value)} {interval(gain)}"
             for name, gain in zip(names, (a, b), strict=True)
         )
-        tendency = f"{_number(a.value)} against {_number(b.value)}"
-        decidable = bool(np.isfinite([a.low, b.low]).all())
-        leans = a.value > b.value
-        places.append(_Place(where, says, decidable, leans, tendency, f"{where}: gain {gains}"))
-    return _conclude(places, one, "intervals that do not overlap", "gains ")
+        tendency = f"{number(a.value)} against {number(b.value)}"
+        n_runs = min(len(sample) for pair in pairs for sample in pair)
+        line = f"{where}: gain {gains}"
+        places.append(Place(where, says, n_runs, a.value > b.value, tendency, line))
+    return conclude(places, one, "intervals that do not overlap", "gains ")
 
 
 def _by_margin(samples: Samples, names: Names, *, least: float, most: float) -> Finding:
     """Judge that the shift is between `least` and `most` times the margin, everywhere."""
+    compared = _compare(samples, names)
+    beyond = [
+        _beyond(compared, names, each) if np.isfinite(each) else [False] * len(compared)
+        for each in (least, most)
+    ]
     places = []
-    for comparison in _compare(samples, names):
-        pair = samples[comparison.where]
-        assert pair is not None
-        shift = intervals.shift(*pair)
-        margin = MARGIN * abs(comparison.medians[1].value)
+    for (comparison, pair), below, above in zip(compared, *beyond, strict=True):
+        shift, margin = intervals.shift(*pair), _margin(comparison)
         says: Side = "neither"
         if shift.low > least * margin and shift.high < most * margin:
             says = "for"
-        elif comparison.significant and np.isfinite(least if comparison.a12 < 0.5 else most):
+        elif below or above:
             says = "against"
-        decidable = comparison.decidable or bool(np.isfinite([shift.low, shift.high]).any())
-        more = f"; shift {_interval(shift)}, margin {_number(margin)}"
         leans = least * margin < shift.value < most * margin
-        places.append(_compared(comparison, says, decidable, leans, more))
-    return _conclude(places, samples, "an interval within the margin")
+        places.append(_compared(comparison, says, leans, shift, margin))
+    return conclude(places, samples, "an interval within the margin")
 
 
-def _compare(samples: Samples, names: Names) -> list[Comparison]:
-    return statistics.compare(
-        [
-            Pair(*names, *pair, where)
-            for where, pair in samples.items()
-            if pair is not None and len(pair[0]) and len(pair[1])
-        ]
-    )
+def _beyond(
+    compared: list[tuple[Comparison, tuple[Values, Values]]], names: Names, times: float
+) -> list[bool]:
+    """Whether each first is further from its second than a shift by `times` the margin.
+
+    Moved back by that shift, it must still differ significantly, in the direction of the shift.
+    """
+    moved = [
+        Pair(*names, first - times * _margin(comparison), second, comparison.where)
+        for comparison, (first, second) in compared
+    ]
+    return [
+        each.significant and (each.a12 > 0.5) == (times > 0) for each in statistics.compare(moved)
+    ]
+
+
+def _compare(samples: Samples, names: Names) -> list[tuple[Comparison, tuple[Values, Values]]]:
+    measured = {
+        where: pair
+        for where, pair in samples.items()
+        if pair is not None and len(pair[0]) and len(pair[1])
+    }
+    family = [Pair(*names, *pair, where) for where, pair in measured.items()]
+    return list(zip(statistics.compare(family), measured.values(), strict=True))
+
+
+def _margin(comparison: Comparison) -> float:
+    return MARGIN * abs(comparison.medians[1].value)
+
+
+def _inside(shift: Estimate, margin: float) -> bool:
+    return -margin < shift.low and shift.high < margin
 
 
 def _compared(
-    comparison: Comparison, says: Side, decidable: bool, leans: bool, more: str = ""
-) -> _Place:
+    comparison: Comparison, says: Side, leans: bool, shift: Estimate, margin: float
+) -> Place:
     names = (comparison.first, comparison.second)
     sides = " against ".join(
-        f"{name} {_number(middle.value)}"
+        f"{name} {number(middle.value)}"
         for name, middle in zip(names, comparison.medians, strict=True)
     )
     line = (
         f"{comparison.where}: {sides} ({comparison.n[0]} and {comparison.n[1]} runs), "
-        f"A12 {comparison.a12:.2f}, p {comparison.p:.2g}, Holm {comparison.p_holm:.2g}{more}"
+        f"A12 {comparison.a12:.2f}, p {comparison.p:.2g}, Holm {comparison.p_holm:.2g}; "
+        f"shift {interval(shift)}, margin {number(margin)}"
     )
-    return _Place(comparison.where, says, decidable, leans, f"{comparison.a12:.2f}", line)
+    n_runs = min(comparison.n)
+    return Place(comparison.where, says, n_runs, leans, f"{comparison.a12:.2f}", line)
 
 
-def _conclude(
-    places: Sequence[_Place], samples: Mapping[str, object], needed: str, kind: str = "A12 "
-) -> Finding:
-    measured = tuple(place.measured for place in places)
-    tendency = ""
-    if places:
-        values = ", ".join(place.tendency for place in places)
-        leaning = sum(place.leans for place in places)
-        tendency = f"as claimed at {leaning} of {len(places)} place(s): {kind}{values}"
-    against = [place.where for place in places if place.says == "against"]
-    if against:
-        reason = f"significantly otherwise: {_list(against, samples)}"
-        return Finding("contradicted", reason, tendency, measured)
-    missing = [where for where in samples if where not in {place.where for place in places}]
-    neither = [place for place in places if place.says == "neither"]
-    if places and not missing and not neither:
-        return Finding("supported", f"{needed} at every place", tendency, measured)
-    reasons = {
-        "not measured": missing,
-        "too few runs, whatever they show": [p.where for p in neither if not p.decidable],
-        f"without {needed}": [p.where for p in neither if p.decidable],
-    }
-    reason = "; ".join(f"{why}: {_list(each, samples)}" for why, each in reasons.items() if each)
-    return Finding("open at this scale", reason, tendency, measured)
+def _outside(values: Values, low: float, high: float) -> float:
+    """p of the sign test against the nearest bound, if the median is outside the bounds.
 
-
-def _list(places: Sequence[str], samples: Mapping[str, object]) -> str:
-    return "everywhere" if len(places) == len(samples) else ", ".join(places)
+    Undefined values count as if they were inside, so that they contradict nothing.
+    """
+    not_below = int((np.nan_to_num(values, nan=np.inf) >= low).sum())
+    not_above = int((np.nan_to_num(values, nan=-np.inf) <= high).sum())
+    return min(statistics.sign_p(n, len(values)) for n in (not_below, not_above))
 
 
 def _gain(first: Values, second: Values, alpha: float) -> Estimate:
@@ -260,11 +263,3 @@ def _gain(first: Values, second: Values, alpha: float) -> Estimate:
     if not scale > 0:
         return Estimate(float("nan"), -np.inf, np.inf)
     return Estimate(shift.value / scale, shift.low / scale, shift.high / scale)
-
-
-def _interval(estimate: Estimate) -> str:
-    return f"[{_number(estimate.low)}, {_number(estimate.high)}]"
-
-
-def _number(value: float) -> str:
-    return "n/a" if np.isnan(value) else f"{value:.3g}".replace("inf", "∞")

@@ -9,8 +9,10 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from experiments.report.figures.beyond import pruning, validation_matrix
+from experiments.report.figures.controls import control_interval, controls
 from experiments.report.figures.freezing import normalized_freezing, true_learning
 from experiments.report.figures.inner_life import activations, weight_distributions
+from experiments.report.figures.overview import profiles, takeoff
 from experiments.report.figures.performance import (
     damage,
     damage_evolution,
@@ -35,6 +37,8 @@ FIGURES: Mapping[str, Figure] = {
     for figure in (
         effectiveness,
         evolution,
+        takeoff,
+        profiles,
         generalization,
         damage,
         damage_evolution,
@@ -46,6 +50,8 @@ FIGURES: Mapping[str, Figure] = {
         learning_rate,
         rule_sharing,
         initialization,
+        controls,
+        control_interval,
         rule_terms,
         pruning,
         validation_matrix,

@@ -13,12 +13,12 @@ from experiments.report import intervals, tables
 from experiments.report.figures import curves, style
 from experiments.report.figures.conditions import Table, gather, per_run
 from experiments.report.figures.curves import Curve
+from experiments.runs.names import MATRIX, PRUNING
 
 __all__ = ["pruning", "validation_matrix"]
 
 Values = NDArray[np.float64]
 
-_PRUNED, _MATRIX = "pruned.csv", "matrix.csv"
 _CELL = (0.5, 0.24)  # of a heat map [in]
 
 
@@ -26,7 +26,7 @@ def pruning(run_folders: Sequence[Path], out: Path) -> list[Path]:
     """Speed against the share of synapses cut out: the largest, the smallest, or any."""
     drawn = []
     for each in gather(run_folders):
-        table = each.table(_PRUNED)
+        table = each.table(PRUNING)
         if table is None:
             continue
         title = "" if each.label == "Hebbian" else f", {each.label}"
@@ -55,7 +55,7 @@ def validation_matrix(run_folders: Sequence[Path], out: Path) -> list[Path]:
     found = [
         (each, table)
         for each in gather(run_folders)
-        if (table := each.table(_MATRIX)) is not None and each.config.damage == "none"
+        if (table := each.table(MATRIX)) is not None and each.config.damage == "none"
     ]
     if not found:
         return []

@@ -13,8 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.config import EvolveConfig
+from experiments.options import options_of
 from experiments.report import intervals
 from experiments.runs.champions import Champions
+from experiments.runs.names import CHAMPIONS, HISTORY
 
 __all__ = ["Condition", "Table", "find_runs", "gather", "per_run", "runs_in"]
 
@@ -22,20 +24,7 @@ Values = NDArray[np.float64]
 Table = dict[str, NDArray[Any]]
 """Columns of a CSV file; numbers are float64, all else is text."""
 
-_CHAMPIONS = "champion.safetensors"
-_AXES = ("shape", "sensors", "controller", "damage")
-_SCALE = ("generations", "population", "duration")
-_BOOKKEEPING = ("runs", "seed", "device", "threads", "loop")
 _SENSORS = ("low", "medium", "high")
-_NAMES = {
-    ("sharing", "grouped"): "sensors",
-    ("sharing", "presynaptic"): "pre-synaptic",
-    ("sharing", "postsynaptic"): "post-synaptic",
-    ("normalize", "l2"): "normalized",
-    ("normalize", "minmax"): "min-max",
-    ("eta", "evolved"): "η evolved",
-    ("init", "uniform"): "U(-1, 1)",
-}
 
 
 @dataclass(frozen=True)
@@ -98,7 +87,7 @@ class Condition:
 
     def curves(self, column: str = "best") -> Values:
         """A column of history.csv [m/s], shape (runs, generations)."""
-        history = self.table("history.csv")
+        history = self.table(HISTORY)
         if history is None:
             return np.empty((0, 0))
         order = np.lexsort((history["generation"], history["run"]))
@@ -108,13 +97,13 @@ class Condition:
 
 def label(config: EvolveConfig) -> str:
     """Name of a controller in legends and tables."""
-    names = ["MLP"] if config.controller == "mlp" else []
+    names = [] if config.controller == "hebbian" else [config.controller.upper()]
     return ", ".join(names + _names(config)) or "Hebbian"
 
 
 def find_runs(roots: Iterable[Path]) -> list[Path]:
     """All folders of finished runs at or below the roots, sorted."""
-    return sorted({path.parent for root in roots for path in root.rglob(_CHAMPIONS)})
+    return sorted({path.parent for root in roots for path in root.rglob(CHAMPIONS)})
 
 
 def gather(run_folders: Sequence[Path]) -> list[Condition]:
@@ -132,11 +121,13 @@ def gather(run_folders: Sequence[Path]) -> list[Condition]:
     members: dict[EvolveConfig, dict[int, tuple[Path, int, float]]] = {}
     scales: dict[tuple[Any, ...], Path] = {}
     for folder in run_folders:
-        if not (folder / _CHAMPIONS).is_file():
+        if not (folder / CHAMPIONS).is_file():
             continue
         champions = Champions.load(folder)
         config = champions.config
-        scales.setdefault(tuple(getattr(config, name) for name in _SCALE), folder)
+        scales.setdefault(
+            tuple(getattr(config, name) for name in options_of(EvolveConfig, "scale")), folder
+        )
         runs = members.setdefault(_condition(config), {})
         for run, fitness in enumerate(champions.fitness.tolist()):
             runs.setdefault(config.seed + run, (folder, run, fitness))
@@ -168,42 +159,32 @@ def per_run(table: Table, column: str = "speed") -> Values:
 
 def _variant(config: EvolveConfig) -> dict[str, Any]:
     default = EvolveConfig()
-    names = (field.name for field in dataclasses.fields(config))
     return {
         name: getattr(config, name)
-        for name in names
-        if name not in (*_AXES, *_SCALE, *_BOOKKEEPING)
-        and getattr(config, name) != getattr(default, name)
+        for name in options_of(EvolveConfig, "variant")
+        if getattr(config, name) != getattr(default, name)
     }
 
 
 def _names(config: EvolveConfig) -> list[str]:
-    names = []
-    for option, value in _variant(config).items():
-        if option == "terms":
-            left_out = "".join(term for term in EvolveConfig.terms if term not in value)
-            names.append(f"without {left_out}")
-        elif option == "eta" and value != "evolved":
-            names.append(f"η = {value}")
-        elif option in ("terrain", "sigma", "noise"):
-            names.append(f"{option} {value}")
-        else:
-            names.append(_NAMES.get((option, value), str(value)))
-    return names
+    options = options_of(EvolveConfig)
+    return [options[name].label(value) for name, value in _variant(config).items()]
 
 
 def _condition(config: EvolveConfig) -> EvolveConfig:
     """The options without those that only say which runs and how they were computed."""
     default = EvolveConfig()
-    return dataclasses.replace(config, **{name: getattr(default, name) for name in _BOOKKEEPING})
+    bookkeeping = options_of(EvolveConfig, "sample", "machine")
+    return dataclasses.replace(config, **{name: getattr(default, name) for name in bookkeeping})
 
 
 def _require_one_scale(scales: dict[tuple[Any, ...], Path]) -> None:
     if len(scales) < 2:
         return
     (first, one), (second, other) = list(scales.items())[:2]
+    names = options_of(EvolveConfig, "scale")
     different = [
-        f"{name} {a} and {b}" for name, a, b in zip(_SCALE, first, second, strict=True) if a != b
+        f"{name} {a} and {b}" for name, a, b in zip(names, first, second, strict=True) if a != b
     ]
     raise ValueError(
         f"runs: expected runs of one scale, got {', '.join(different)} in {str(one)!r} and "

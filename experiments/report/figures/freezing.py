@@ -13,12 +13,11 @@ from experiments.report import intervals
 from experiments.report.figures import curves
 from experiments.report.figures.conditions import Condition, gather, runs_in
 from experiments.report.figures.curves import Curve
+from experiments.runs.names import FREEZING
 
 __all__ = ["Frozen", "frozen_speeds", "normalized_freezing", "true_learning"]
 
 Values = NDArray[np.float64]
-
-_FREEZE_FILE = "freeze.csv"
 
 
 @dataclass(frozen=True)
@@ -49,7 +48,7 @@ def normalized_freezing(run_folders: Sequence[Path], out: Path) -> list[Path]:
 
 def frozen_speeds(condition: Condition) -> Frozen | None:
     """What became of frozen weights; None if the condition was not analysed."""
-    table = condition.table(_FREEZE_FILE)
+    table = condition.table(FREEZING)
     if table is None:
         return None
     seconds, runs = np.unique(table["second"]), runs_in(table)

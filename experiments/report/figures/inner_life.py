@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from experiments.report import tables
 from experiments.report.figures import style
 from experiments.report.figures.conditions import Condition, gather
+from experiments.runs.names import RANDOM_GENOMES, RECORDING, RECORDING_MEASURES
 
-__all__ = ["Life", "activations", "measures", "weight_distributions"]
+__all__ = ["Life", "activations", "measures", "random_measures", "weight_distributions"]
 
-_MEASURES, _RECORDING = "inner_life.json", "inner_life.npz"
 _PER_RUN = ("weights_", "activations_", "histograms")
 _LAYERS = ("hidden", "output")
 _BINS = 61  # of the histograms of weights; odd, so that one is centred on zero
@@ -80,16 +80,26 @@ def activations(run_folders: Sequence[Path], out: Path) -> list[Path]:
     caption = (
         "Shares of the activations of the last seconds of a life beyond +-0.9 (saturated) and "
         "within +-0.1 (middle), the share of neurons that switch between both ends, and period [s] "
-        "and regularity (at most 1) of the neurons and of the gait; n/a where nothing repeats "
-        "itself. The figure shows the best run of each condition."
+        "and regularity (at most 1) of the neurons and of the gait, and the share of the body's "
+        "movement above 4 Hz (vibration); n/a where nothing repeats itself. The figure shows the "
+        "best run of each condition."
     )
     return [*sheet.files, *tables.write(_activation_rows(found), out, "activations", caption)]
+
+
+def random_measures(condition: Condition) -> list[dict[str, Any]]:
+    """As `measures`, of random genomes in place of the champions."""
+    files = condition.files(RANDOM_GENOMES)
+    folders = dict.fromkeys(path for _, _, path in files)
+    return [
+        life for path in folders for life in json.loads(path.read_text(encoding="utf-8"))["runs"]
+    ]
 
 
 def measures(condition: Condition) -> list[dict[str, Any]]:
     """What inner_life.json says of each run, in order; empty if the condition was not analysed."""
     found = []
-    for run, own, path in condition.files(_MEASURES):
+    for run, own, path in condition.files(RECORDING_MEASURES):
         of_runs = json.loads(path.read_text(encoding="utf-8"))["runs"]
         found.append({**of_runs[own], "run": run})
     return found
@@ -133,7 +143,7 @@ def _lives(conditions: Sequence[Condition]) -> list[Life]:
     lives = []
     for condition in conditions:
         described = {each["run"]: each for each in measures(condition)}
-        recorded = [each for each in condition.files(_RECORDING) if each[0] in described]
+        recorded = [each for each in condition.files(RECORDING) if each[0] in described]
         if not recorded:
             continue
         speeds = np.nan_to_num(condition.fitness, nan=-np.inf)
@@ -181,9 +191,9 @@ def _draw_raster(sheet: style.Sheet, axes: Axes, life: Life) -> None:
 def _weight_rows(conditions: Sequence[Condition]) -> list[dict[str, Any]]:
     names = ("second", "median", "largest", "diverged", "kurtosis")
     return [
-        _row(condition, life["run"], {name: at_time[name] for name in names})
+        _row(condition, whose, life["run"], {name: at_time[name] for name in names})
         for condition in conditions
-        for life in measures(condition)
+        for whose, life in _observed(condition)
         for at_time in life["weights"]
     ]
 
@@ -192,17 +202,29 @@ def _activation_rows(conditions: Sequence[Condition]) -> list[dict[str, Any]]:
     names = ("saturated", "middle", "switching", "period", "regularity")
     rows = []
     for condition in conditions:
-        for life in measures(condition):
+        for whose, life in _observed(condition):
             of_layers = {
                 f"{name}_{layer}": life["layers"][layer][name]
                 for layer in _LAYERS
                 for name in names
             }
             gait = {f"{name}_gait": life[f"gait_{name}"] for name in ("period", "regularity")}
-            rows.append(_row(condition, life["run"], of_layers | gait))
+            gait["vibration"] = life.get("vibration")
+            rows.append(_row(condition, whose, life["run"], of_layers | gait))
     return rows
 
 
-def _row(condition: Condition, run: int, values: Mapping[str, Any]) -> dict[str, Any]:
+def _observed(condition: Condition) -> Iterator[tuple[str, dict[str, Any]]]:
+    """All that was observed: whose it is, and its measures."""
+    for whose, lives in (
+        ("champion", measures(condition)),
+        ("random genome", random_measures(condition)),
+    ):
+        for life in lives:
+            yield whose, life
+
+
+def _row(condition: Condition, whose: str, run: int, values: Mapping[str, Any]) -> dict[str, Any]:
     known = {name: float("nan") if value is None else value for name, value in values.items()}
-    return {"where": condition.where, "controller": condition.label, "run": run} | known
+    where = {"where": condition.where, "controller": condition.label, "whose": whose, "run": run}
+    return where | known

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.analysis.unseen import default_file
 from experiments.report.figures import boxes, curves
 from experiments.report.figures.boxes import Box
 from experiments.report.figures.conditions import Condition, Table, gather, per_run
 from experiments.report.figures.curves import Curve
+from experiments.runs.names import evaluation_file
 
 __all__ = [
     "box",
@@ -80,7 +80,7 @@ def main_models(conditions: Sequence[Condition], damage: str) -> list[Condition]
 
 def unseen(condition: Condition) -> Table | None:
     """Re-assessment on unseen terrains of the kind, and with the damage, of the evolution."""
-    return condition.table(default_file(condition.config))
+    return condition.table(evaluation_file(condition.config))
 
 
 def unseen_per_run(condition: Condition) -> Values:

@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from experiments.runs.folder import write_atomically
+from experiments.files.atomic import write_atomically
 
 __all__ = ["SPEED", "Look", "Sheet", "looks", "sheet"]
 

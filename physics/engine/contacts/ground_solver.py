@@ -13,121 +13,119 @@ from physics.scene import material
 
 
 @ti.func
-def prepare(S: ti.template(), lists: ti.template(), g, m: ti.template(), T: ti.template()):
+def prepare(S: ti.template(), lists: ti.template(), m: ti.template(), T: ti.template()):
     """Arms, effective masses and target velocities of all contacts, then warm starts."""
-    count = lists[g, lay.L_CONTACTS]
+    count = lists[lay.L_CONTACTS]
     for n in range(count):
-        pair = lists[g, m.contact_list + 2 * n]
-        body = lists[g, m.contact_list + 2 * n + 1]
+        pair = S.at[lists[m.contact_list + 2 * n]]
+        body = S.at[lists[m.contact_list + 2 * n + 1]]
         for p in range(2):
-            _prepare_point(S, g, pair, body, pair + lay.PA_POINTS + p * lay.POINT_ITEMS, T)
+            _prepare_point(pair, body, lay.PA_POINTS + p * lay.POINT_ITEMS, T)
     for n in range(count):
-        pair = lists[g, m.contact_list + 2 * n]
-        body = lists[g, m.contact_list + 2 * n + 1]
-        nx, ny = S[g, pair + lay.PA_NX], S[g, pair + lay.PA_NY]
+        pair = S.at[lists[m.contact_list + 2 * n]]
+        body = S.at[lists[m.contact_list + 2 * n + 1]]
+        nx, ny = pair[lay.PA_NX], pair[lay.PA_NY]
         for p in range(2):
-            o = pair + lay.PA_POINTS + p * lay.POINT_ITEMS
-            jn, jt = S[g, o + lay.PT_JN], S[g, o + lay.PT_JT]
-            S[g, body + lay.VX] = S[g, body + lay.VX] + (nx * jn + ny * jt)
-            S[g, body + lay.VY] = S[g, body + lay.VY] + (ny * jn - nx * jt)
-            S[g, body + lay.W] = S[g, body + lay.W] + (
-                S[g, o + lay.PT_RN] * jn + S[g, o + lay.PT_RT] * jt
-            )
+            o = lay.PA_POINTS + p * lay.POINT_ITEMS
+            jn, jt = pair[o + lay.PT_JN], pair[o + lay.PT_JT]
+            body[lay.VX] = body[lay.VX] + (nx * jn + ny * jt)
+            body[lay.VY] = body[lay.VY] + (ny * jn - nx * jt)
+            body[lay.W] = body[lay.W] + (pair[o + lay.PT_RN] * jn + pair[o + lay.PT_RT] * jt)
 
 
 @ti.func
-def _prepare_point(S: ti.template(), g, pair, body, o, T: ti.template()):
+def _prepare_point(pair: ti.template(), body: ti.template(), o, T: ti.template()):
     """The normal is (nx, ny), the tangent (ny, -nx)."""
     zero = T.vec(0.0)
-    touches = S[g, o + lay.PT_DEPTH] >= zero
-    nx, ny = S[g, pair + lay.PA_NX], S[g, pair + lay.PA_NY]
-    rx = S[g, o + lay.PT_PX] - S[g, body + lay.X]
-    ry = S[g, o + lay.PT_PY] - S[g, body + lay.Y]
+    touches = pair[o + lay.PT_DEPTH] >= zero
+    nx, ny = pair[lay.PA_NX], pair[lay.PA_NY]
+    rx = pair[o + lay.PT_PX] - body[lay.X]
+    ry = pair[o + lay.PT_PY] - body[lay.Y]
     rn = (rx * ny - ry * nx) * T.f(1 / lay.GYRATION)
     rt = (rx * nx + ry * ny) * T.f(-1 / lay.GYRATION)
     one = T.f(1.0)
-    S[g, o + lay.PT_RN] = rn
-    S[g, o + lay.PT_RT] = rt
-    S[g, o + lay.PT_MN] = ti.select(touches, one / (one + rn * rn), zero)
-    S[g, o + lay.PT_MT] = ti.select(touches, one / (one + rt * rt), zero)
-    S[g, o + lay.PT_JP] = zero
-    speed = nx * S[g, body + lay.VX] + ny * S[g, body + lay.VY] + rn * S[g, body + lay.W]
+    pair[o + lay.PT_RN] = rn
+    pair[o + lay.PT_RT] = rt
+    pair[o + lay.PT_MN] = ti.select(touches, one / (one + rn * rn), zero)
+    pair[o + lay.PT_MT] = ti.select(touches, one / (one + rt * rt), zero)
+    pair[o + lay.PT_JP] = zero
+    speed = nx * body[lay.VX] + ny * body[lay.VY] + rn * body[lay.W]
     bounces = speed < T.f(-material.RESTITUTION_SPEED)
-    S[g, o + lay.PT_TARGET] = ti.select(bounces, speed * T.f(-material.RESTITUTION), zero)
+    pair[o + lay.PT_TARGET] = ti.select(bounces, speed * T.f(-material.RESTITUTION), zero)
 
 
 @ti.func
 def solve_velocities(
-    S: ti.template(), lists: ti.template(), g, m: ti.template(), mf: ti.template(), T: ti.template()
+    S: ti.template(), lists: ti.template(), m: ti.template(), mf: ti.template(), T: ti.template()
 ):
     """One iteration: for each pair the friction of its points, then their normal impulses."""
     friction = mf[F_FRICTION]
     zero = T.vec(0.0)
-    for n in range(lists[g, lay.L_CONTACTS]):
-        pair = lists[g, m.contact_list + 2 * n]
-        body = lists[g, m.contact_list + 2 * n + 1]
-        nx, ny = S[g, pair + lay.PA_NX], S[g, pair + lay.PA_NY]
-        vx, vy, w = S[g, body + lay.VX], S[g, body + lay.VY], S[g, body + lay.W]
+    for n in range(lists[lay.L_CONTACTS]):
+        pair = S.at[lists[m.contact_list + 2 * n]]
+        body = S.at[lists[m.contact_list + 2 * n + 1]]
+        nx, ny = pair[lay.PA_NX], pair[lay.PA_NY]
+        vx, vy, w = body[lay.VX], body[lay.VY], body[lay.W]
         for p in range(2):
-            o = pair + lay.PA_POINTS + p * lay.POINT_ITEMS
-            rt, old = S[g, o + lay.PT_RT], S[g, o + lay.PT_JT]
-            limit = friction * S[g, o + lay.PT_JN]
-            total = old - S[g, o + lay.PT_MT] * ((ny * vx - nx * vy) + rt * w)
+            o = lay.PA_POINTS + p * lay.POINT_ITEMS
+            rt, old = pair[o + lay.PT_RT], pair[o + lay.PT_JT]
+            limit = friction * pair[o + lay.PT_JN]
+            total = old - pair[o + lay.PT_MT] * ((ny * vx - nx * vy) + rt * w)
             total = limited(total, limit, T)
             change = total - old
-            S[g, o + lay.PT_JT] = total
+            pair[o + lay.PT_JT] = total
             vx += ny * change
             vy = vy - nx * change
             w += rt * change
         for p in range(2):
-            o = pair + lay.PA_POINTS + p * lay.POINT_ITEMS
-            rn, old = S[g, o + lay.PT_RN], S[g, o + lay.PT_JN]
-            speed = ((nx * vx + ny * vy) + rn * w) - S[g, o + lay.PT_TARGET]
-            total = old - S[g, o + lay.PT_MN] * speed
+            o = lay.PA_POINTS + p * lay.POINT_ITEMS
+            rn, old = pair[o + lay.PT_RN], pair[o + lay.PT_JN]
+            speed = ((nx * vx + ny * vy) + rn * w) - pair[o + lay.PT_TARGET]
+            total = old - pair[o + lay.PT_MN] * speed
             total = ti.select(total < zero, zero, total)
             change = total - old
-            S[g, o + lay.PT_JN] = total
+            pair[o + lay.PT_JN] = total
             vx += nx * change
             vy += ny * change
             w += rn * change
-        S[g, body + lay.VX] = vx
-        S[g, body + lay.VY] = vy
-        S[g, body + lay.W] = w
+        body[lay.VX] = vx
+        body[lay.VY] = vy
+        body[lay.W] = w
 
 
 @ti.func
 def solve_positions(
-    S: ti.template(), lists: ti.template(), g, m: ti.template(), live, T: ti.template()
+    S: ti.template(), lists: ti.template(), m: ti.template(), live, T: ti.template()
 ):
     """One iteration of the position stage on live lanes; returns the lanes still too deep."""
     zero = T.vec(0.0)
     tolerance = T.f(material.LINEAR_TOLERANCE)
     off = live < live
-    for n in range(lists[g, lay.L_CONTACTS]):
-        pair = lists[g, m.contact_list + 2 * n]
-        body = lists[g, m.contact_list + 2 * n + 1]
-        nx, ny = S[g, pair + lay.PA_NX], S[g, pair + lay.PA_NY]
+    for n in range(lists[lay.L_CONTACTS]):
+        pair = S.at[lists[m.contact_list + 2 * n]]
+        body = S.at[lists[m.contact_list + 2 * n + 1]]
+        nx, ny = pair[lay.PA_NX], pair[lay.PA_NY]
         for p in range(2):
-            o = pair + lay.PA_POINTS + p * lay.POINT_ITEMS
-            mask = (live > T.f(0.0)) & (S[g, o + lay.PT_DEPTH] >= zero)
+            o = lay.PA_POINTS + p * lay.POINT_ITEMS
+            mask = (live > T.f(0.0)) & (pair[o + lay.PT_DEPTH] >= zero)
             if any_lane(mask, T):
-                c, s = S[g, body + lay.COS], S[g, body + lay.SIN]
-                lx, ly = S[g, o + lay.PT_LX], S[g, o + lay.PT_LY]
+                c, s = body[lay.COS], body[lay.SIN]
+                lx, ly = pair[o + lay.PT_LX], pair[o + lay.PT_LY]
                 rx = c * lx - s * ly
                 ry = s * lx + c * ly
-                dx = (S[g, body + lay.X] + rx) - S[g, o + lay.PT_PX]
-                dy = (S[g, body + lay.Y] + ry) - S[g, o + lay.PT_PY]
-                separation = (dx * nx + dy * ny) - S[g, o + lay.PT_DEPTH]
+                dx = (body[lay.X] + rx) - pair[o + lay.PT_PX]
+                dy = (body[lay.Y] + ry) - pair[o + lay.PT_PY]
+                separation = (dx * nx + dy * ny) - pair[o + lay.PT_DEPTH]
                 off = off | (mask & (separation < T.f(-3.0) * tolerance))
                 error = separation + tolerance
                 deepest = T.vec(-material.MAX_CORRECTION)
                 error = ti.select(error > zero, zero, ti.select(error < deepest, deepest, error))
                 rn = (rx * ny - ry * nx) * T.f(1 / lay.GYRATION)
-                old = S[g, o + lay.PT_JP]
+                old = pair[o + lay.PT_JP]
                 total = old - error * T.f(material.BAUMGARTE) / (T.f(1.0) + rn * rn)
                 total = ti.select(mask & (total > zero), total, ti.select(mask, zero, old))
                 change = total - old
-                S[g, o + lay.PT_JP] = total
+                pair[o + lay.PT_JP] = total
                 turn = rn * change * T.f(1 / lay.GYRATION)
-                move(S, g, body, mask, nx * change, ny * change, turn, T)
+                move(body, mask, nx * change, ny * change, turn, T)
     return off

@@ -14,80 +14,80 @@ _HUGE = 1e30  # more than any impulse
 
 
 @ti.func
-def prepare(S: ti.template(), lists: ti.template(), g, m: ti.template(), T: ti.template()):
+def prepare(S: ti.template(), lists: ti.template(), m: ti.template(), T: ti.template()):
     """Target velocities of the bounces, from the velocities before any warm start."""
-    for n in range(lists[g, lay.L_MEETINGS]):
-        o = m.meeting_block + lay.MEETING_ITEMS * n
+    for n in range(lists[lay.L_MEETINGS]):
+        meeting = S.at[m.meeting_block + lay.MEETING_ITEMS * n]
         entry = m.meeting_list + lay.MEETING_ENTRY * n
-        body1, body2 = lists[g, entry + 1], lists[g, entry + 2]
-        nx, ny = S[g, o + lay.ME_NX], S[g, o + lay.ME_NY]
-        dx = S[g, body2 + lay.VX] - S[g, body1 + lay.VX]
-        dy = S[g, body2 + lay.VY] - S[g, body1 + lay.VY]
-        w1, w2 = S[g, body1 + lay.W], S[g, body2 + lay.W]
+        body1, body2 = S.at[lists[entry + 1]], S.at[lists[entry + 2]]
+        nx, ny = meeting[lay.ME_NX], meeting[lay.ME_NY]
+        dx = body2[lay.VX] - body1[lay.VX]
+        dy = body2[lay.VY] - body1[lay.VY]
+        w1, w2 = body1[lay.W], body2[lay.W]
         for p in range(2):
-            point = o + lay.ME_POINTS + lay.MEETING_POINT_ITEMS * p
+            point = lay.ME_POINTS + lay.MEETING_POINT_ITEMS * p
             arms = point + lay.MP_ARMS
-            turning = S[g, arms + lay.ARM_ITEMS + lay.AR_N] * w2 - S[g, arms + lay.AR_N] * w1
+            turning = meeting[arms + lay.ARM_ITEMS + lay.AR_N] * w2 - meeting[arms + lay.AR_N] * w1
             speed = (nx * dx + ny * dy) + turning
             bounces = speed < T.f(-material.RESTITUTION_SPEED)
             target = ti.select(bounces, speed * T.f(-material.RESTITUTION), T.vec(0.0))
-            S[g, point + lay.MP_TARGET] = target
-            S[g, point + lay.MP_JP] = T.vec(0.0)
+            meeting[point + lay.MP_TARGET] = target
+            meeting[point + lay.MP_JP] = T.vec(0.0)
 
 
 @ti.func
-def warm_start(S: ti.template(), lists: ti.template(), g, m: ti.template(), T: ti.template()):
+def warm_start(S: ti.template(), lists: ti.template(), m: ti.template(), T: ti.template()):
     """Applies the impulses of the last step."""
-    for n in range(lists[g, lay.L_MEETINGS]):
-        o = m.meeting_block + lay.MEETING_ITEMS * n
+    for n in range(lists[lay.L_MEETINGS]):
+        meeting = S.at[m.meeting_block + lay.MEETING_ITEMS * n]
         entry = m.meeting_list + lay.MEETING_ENTRY * n
         for second in range(2):
-            body = lists[g, entry + 1 + second]
+            body = S.at[lists[entry + 1 + second]]
             sign = T.f(1.0) if second != 0 else T.f(-1.0)
-            nx, ny = S[g, o + lay.ME_NX] * sign, S[g, o + lay.ME_NY] * sign
+            nx, ny = meeting[lay.ME_NX] * sign, meeting[lay.ME_NY] * sign
             for p in range(2):
-                point = o + lay.ME_POINTS + lay.MEETING_POINT_ITEMS * p
+                point = lay.ME_POINTS + lay.MEETING_POINT_ITEMS * p
                 arms = point + lay.MP_ARMS + lay.ARM_ITEMS * second
-                jn, jt = S[g, point + lay.MP_JN], S[g, point + lay.MP_JT]
-                turn = S[g, arms + lay.AR_N] * jn + S[g, arms + lay.AR_T] * jt
-                S[g, body + lay.VX] = S[g, body + lay.VX] + (nx * jn + ny * jt)
-                S[g, body + lay.VY] = S[g, body + lay.VY] + (ny * jn - nx * jt)
-                S[g, body + lay.W] = S[g, body + lay.W] + turn * sign
+                jn, jt = meeting[point + lay.MP_JN], meeting[point + lay.MP_JT]
+                turn = meeting[arms + lay.AR_N] * jn + meeting[arms + lay.AR_T] * jt
+                body[lay.VX] = body[lay.VX] + (nx * jn + ny * jt)
+                body[lay.VY] = body[lay.VY] + (ny * jn - nx * jt)
+                body[lay.W] = body[lay.W] + turn * sign
 
 
 @ti.func
-def solve_velocities(S: ti.template(), lists: ti.template(), g, m: ti.template(), T: ti.template()):
+def solve_velocities(S: ti.template(), lists: ti.template(), m: ti.template(), T: ti.template()):
     """One iteration: for each meeting the friction of its points, then their normal impulses."""
-    for n in range(lists[g, lay.L_MEETINGS]):
-        o = m.meeting_block + lay.MEETING_ITEMS * n
+    for n in range(lists[lay.L_MEETINGS]):
+        meeting = S.at[m.meeting_block + lay.MEETING_ITEMS * n]
         entry = m.meeting_list + lay.MEETING_ENTRY * n
-        body1, body2 = lists[g, entry + 1], lists[g, entry + 2]
-        nx, ny = S[g, o + lay.ME_NX], S[g, o + lay.ME_NY]
-        v1x, v1y, w1 = S[g, body1 + lay.VX], S[g, body1 + lay.VY], S[g, body1 + lay.W]
-        v2x, v2y, w2 = S[g, body2 + lay.VX], S[g, body2 + lay.VY], S[g, body2 + lay.W]
+        body1, body2 = S.at[lists[entry + 1]], S.at[lists[entry + 2]]
+        nx, ny = meeting[lay.ME_NX], meeting[lay.ME_NY]
+        v1x, v1y, w1 = body1[lay.VX], body1[lay.VY], body1[lay.W]
+        v2x, v2y, w2 = body2[lay.VX], body2[lay.VY], body2[lay.W]
         zero = T.vec(0.0)
         for k in range(4):
             friction = 1 - k // 2  # arms, masses and impulses: first normal, then tangential
-            point = o + lay.ME_POINTS + lay.MEETING_POINT_ITEMS * (k % 2)
+            point = lay.ME_POINTS + lay.MEETING_POINT_ITEMS * (k % 2)
             arms = point + lay.MP_ARMS + lay.AR_N + friction
             ux = nx
             uy = ny
             least = zero
             most = T.vec(_HUGE)
-            target = S[g, point + lay.MP_TARGET]
+            target = meeting[point + lay.MP_TARGET]
             if friction != 0:
                 ux = ny
                 uy = zero - nx
-                most = S[g, point + lay.MP_JN] * T.f(material.SELF_FRICTION)
+                most = meeting[point + lay.MP_JN] * T.f(material.SELF_FRICTION)
                 least = zero - most
                 target = zero
-            a1, a2 = S[g, arms], S[g, arms + lay.ARM_ITEMS]
+            a1, a2 = meeting[arms], meeting[arms + lay.ARM_ITEMS]
             speed = (ux * (v2x - v1x) + uy * (v2y - v1y)) + (a2 * w2 - a1 * w1)
-            old = S[g, point + lay.MP_JN + friction]
-            total = old - S[g, point + lay.MP_MN + friction] * (speed - target)
+            old = meeting[point + lay.MP_JN + friction]
+            total = old - meeting[point + lay.MP_MN + friction] * (speed - target)
             total = ti.select(total > most, most, ti.select(total < least, least, total))
             change = total - old
-            S[g, point + lay.MP_JN + friction] = total
+            meeting[point + lay.MP_JN + friction] = total
             px = ux * change
             py = uy * change
             v1x = v1x - px
@@ -96,64 +96,64 @@ def solve_velocities(S: ti.template(), lists: ti.template(), g, m: ti.template()
             v2x += px
             v2y += py
             w2 += a2 * change
-        S[g, body1 + lay.VX] = v1x
-        S[g, body1 + lay.VY] = v1y
-        S[g, body1 + lay.W] = w1
-        S[g, body2 + lay.VX] = v2x
-        S[g, body2 + lay.VY] = v2y
-        S[g, body2 + lay.W] = w2
+        body1[lay.VX] = v1x
+        body1[lay.VY] = v1y
+        body1[lay.W] = w1
+        body2[lay.VX] = v2x
+        body2[lay.VY] = v2y
+        body2[lay.W] = w2
 
 
 @ti.func
 def solve_positions(
-    S: ti.template(), lists: ti.template(), g, m: ti.template(), live, T: ti.template()
+    S: ti.template(), lists: ti.template(), m: ti.template(), live, T: ti.template()
 ):
     """One iteration of the position stage on live lanes; returns the lanes still too deep."""
     zero = T.vec(0.0)
     tolerance = T.f(material.LINEAR_TOLERANCE)
     off = live < live
-    for n in range(lists[g, lay.L_MEETINGS]):
-        o = m.meeting_block + lay.MEETING_ITEMS * n
+    for n in range(lists[lay.L_MEETINGS]):
+        meeting = S.at[m.meeting_block + lay.MEETING_ITEMS * n]
         entry = m.meeting_list + lay.MEETING_ENTRY * n
-        body1, body2 = lists[g, entry + 1], lists[g, entry + 2]
-        nx, ny = S[g, o + lay.ME_NX], S[g, o + lay.ME_NY]
+        body1, body2 = S.at[lists[entry + 1]], S.at[lists[entry + 2]]
+        nx, ny = meeting[lay.ME_NX], meeting[lay.ME_NY]
         for p in range(2):
-            point = o + lay.ME_POINTS + lay.MEETING_POINT_ITEMS * p
-            mask = (live > T.f(0.0)) & (S[g, point + lay.MP_DEPTH] >= zero)
+            point = lay.ME_POINTS + lay.MEETING_POINT_ITEMS * p
+            mask = (live > T.f(0.0)) & (meeting[point + lay.MP_DEPTH] >= zero)
             if any_lane(mask, T):
-                r1x, r1y = _arm(S, g, body1, point + lay.MP_ARMS)
-                r2x, r2y = _arm(S, g, body2, point + lay.MP_ARMS + lay.ARM_ITEMS)
-                dx = (S[g, body2 + lay.X] - S[g, body1 + lay.X]) + (r2x - r1x)
-                dy = (S[g, body2 + lay.Y] - S[g, body1 + lay.Y]) + (r2y - r1y)
-                separation = (dx * nx + dy * ny) - S[g, point + lay.MP_DEPTH]
+                r1x, r1y = _arm(body1, meeting, point + lay.MP_ARMS)
+                r2x, r2y = _arm(body2, meeting, point + lay.MP_ARMS + lay.ARM_ITEMS)
+                dx = (body2[lay.X] - body1[lay.X]) + (r2x - r1x)
+                dy = (body2[lay.Y] - body1[lay.Y]) + (r2y - r1y)
+                separation = (dx * nx + dy * ny) - meeting[point + lay.MP_DEPTH]
                 off = off | (mask & (separation < T.f(-3.0) * tolerance))
                 error = separation + tolerance
                 deepest = T.vec(-material.MAX_CORRECTION)
                 error = ti.select(error > zero, zero, ti.select(error < deepest, deepest, error))
                 a1 = (r1x * ny - r1y * nx) * T.f(1 / lay.GYRATION)
                 a2 = (r2x * ny - r2y * nx) * T.f(1 / lay.GYRATION)
-                old = S[g, point + lay.MP_JP]
+                old = meeting[point + lay.MP_JP]
                 total = old - error * T.f(material.BAUMGARTE) / (T.f(2.0) + (a1 * a1 + a2 * a2))
                 total = ti.select(mask & (total > zero), total, ti.select(mask, zero, old))
                 change = total - old
-                S[g, point + lay.MP_JP] = total
+                meeting[point + lay.MP_JP] = total
                 moves = mask & (change != zero)  # most meetings are less deep than the tolerance
                 sides = 2 if any_lane(moves, T) else 0
                 for second in range(sides):  # a loop, because it compiles the code of ``move`` once
-                    body = body2 if second != 0 else body1
+                    body = S.at[lists[entry + 1 + second]]
                     shift = zero - change
                     arm = a1
                     if second != 0:
                         shift = change
                         arm = a2
                     turn = arm * shift * T.f(1 / lay.GYRATION)
-                    move(S, g, body, moves, nx * shift, ny * shift, turn, T)
+                    move(body, moves, nx * shift, ny * shift, turn, T)
     return off
 
 
 @ti.func
-def _arm(S: ti.template(), g, body, arms):
+def _arm(body: ti.template(), meeting: ti.template(), arms):
     """An arm in the body's frame, along the world's axes."""
-    c, s = S[g, body + lay.COS], S[g, body + lay.SIN]
-    x, y = S[g, arms + lay.AR_X], S[g, arms + lay.AR_Y]
+    c, s = body[lay.COS], body[lay.SIN]
+    x, y = meeting[arms + lay.AR_X], meeting[arms + lay.AR_Y]
     return c * x - s * y, s * x + c * y

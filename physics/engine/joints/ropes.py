@@ -15,85 +15,83 @@ _COUNT = len(material.ROPES)
 
 @ti.func
 def prepare(
-    S: ti.template(), lists: ti.template(), g, m: ti.template(), mi: ti.template(), T: ti.template()
+    S: ti.template(), lists: ti.template(), m: ti.template(), mi: ti.template(), T: ti.template()
 ):
     """Lists the ropes that are short in any lane and applies their last impulses."""
     count = 0
     if m.ropes != 0:
         for v in range(m.voxels):
-            block = v * lay.VOXEL_ITEMS
             for k in range(_COUNT):
-                b1 = block + mi[I_ROPES + I_ROPE_ROW * k]
-                b2 = block + mi[I_ROPES + I_ROPE_ROW * k + 1]
-                o = block + lay.ROPES + lay.ROPE_ITEMS * k
-                dx = S[g, b1 + lay.X] - S[g, b2 + lay.X]
-                dy = S[g, b1 + lay.Y] - S[g, b2 + lay.Y]
+                place1 = v * lay.VOXEL_ITEMS + mi[I_ROPES + I_ROPE_ROW * k]
+                place2 = v * lay.VOXEL_ITEMS + mi[I_ROPES + I_ROPE_ROW * k + 1]
+                place = v * lay.VOXEL_ITEMS + lay.ROPES + lay.ROPE_ITEMS * k
+                body1, body2, rope = S.at[place1], S.at[place2], S.at[place]
+                dx = body1[lay.X] - body2[lay.X]
+                dy = body1[lay.Y] - body2[lay.Y]
                 squared = dx * dx + dy * dy
                 short = squared < T.f(material.ROPE_LENGTH**2)
-                impulse = ti.select(short, S[g, o + lay.RO_IMPULSE], T.vec(0.0))
+                impulse = ti.select(short, rope[lay.RO_IMPULSE], T.vec(0.0))
                 if any_lane(short, T):
                     inverse = T.f(1.0) / ti.sqrt(squared)
                     nx = dx * inverse
                     ny = dy * inverse
-                    S[g, o + lay.RO_NX] = nx
-                    S[g, o + lay.RO_NY] = ny
-                    S[g, o + lay.RO_ACTIVE] = ti.select(short, T.vec(1.0), T.vec(0.0))
-                    _apply(S, g, b1, b2, nx * impulse, ny * impulse)
+                    rope[lay.RO_NX] = nx
+                    rope[lay.RO_NY] = ny
+                    rope[lay.RO_ACTIVE] = ti.select(short, T.vec(1.0), T.vec(0.0))
+                    _apply(body1, body2, nx * impulse, ny * impulse)
                     entry = m.rope_list + 3 * count
-                    lists[g, entry] = o
-                    lists[g, entry + 1] = b1
-                    lists[g, entry + 2] = b2
+                    lists[entry] = place
+                    lists[entry + 1] = place1
+                    lists[entry + 2] = place2
                     count += 1
-                S[g, o + lay.RO_IMPULSE] = impulse
-    lists[g, lay.L_ROPES] = count
+                rope[lay.RO_IMPULSE] = impulse
+    lists[lay.L_ROPES] = count
 
 
 @ti.func
-def solve_velocities(S: ti.template(), lists: ti.template(), g, m: ti.template(), T: ti.template()):
+def solve_velocities(S: ti.template(), lists: ti.template(), m: ti.template(), T: ti.template()):
     """One iteration over the active ropes. K = 2 inverse masses: the anchors are centres."""
-    for n in range(lists[g, lay.L_ROPES]):
-        o = lists[g, m.rope_list + 3 * n]
-        b1 = lists[g, m.rope_list + 3 * n + 1]
-        b2 = lists[g, m.rope_list + 3 * n + 2]
-        nx, ny = S[g, o + lay.RO_NX], S[g, o + lay.RO_NY]
-        speed = nx * (S[g, b1 + lay.VX] - S[g, b2 + lay.VX]) + ny * (
-            S[g, b1 + lay.VY] - S[g, b2 + lay.VY]
-        )
-        change = speed * S[g, o + lay.RO_ACTIVE] * T.f(-0.5)
-        S[g, o + lay.RO_IMPULSE] = S[g, o + lay.RO_IMPULSE] + change
-        _apply(S, g, b1, b2, nx * change, ny * change)
+    for n in range(lists[lay.L_ROPES]):
+        rope = S.at[lists[m.rope_list + 3 * n]]
+        body1 = S.at[lists[m.rope_list + 3 * n + 1]]
+        body2 = S.at[lists[m.rope_list + 3 * n + 2]]
+        nx, ny = rope[lay.RO_NX], rope[lay.RO_NY]
+        speed = nx * (body1[lay.VX] - body2[lay.VX]) + ny * (body1[lay.VY] - body2[lay.VY])
+        change = speed * rope[lay.RO_ACTIVE] * T.f(-0.5)
+        rope[lay.RO_IMPULSE] = rope[lay.RO_IMPULSE] + change
+        _apply(body1, body2, nx * change, ny * change)
 
 
 @ti.func
 def solve_positions(
-    S: ti.template(), lists: ti.template(), g, m: ti.template(), live, T: ti.template()
+    S: ti.template(), lists: ti.template(), m: ti.template(), live, T: ti.template()
 ):
     """One iteration of the position stage on live lanes; returns the lanes still off."""
     off = live < live
-    for n in range(lists[g, lay.L_ROPES]):
-        o = lists[g, m.rope_list + 3 * n]
-        b1 = lists[g, m.rope_list + 3 * n + 1]
-        b2 = lists[g, m.rope_list + 3 * n + 2]
-        dx = S[g, b1 + lay.X] - S[g, b2 + lay.X]
-        dy = S[g, b1 + lay.Y] - S[g, b2 + lay.Y]
+    for n in range(lists[lay.L_ROPES]):
+        rope = S.at[lists[m.rope_list + 3 * n]]
+        body1 = S.at[lists[m.rope_list + 3 * n + 1]]
+        body2 = S.at[lists[m.rope_list + 3 * n + 2]]
+        dx = body1[lay.X] - body2[lay.X]
+        dy = body1[lay.Y] - body2[lay.Y]
         length = ti.sqrt(dx * dx + dy * dy)
         limit = T.vec(material.MAX_CORRECTION)
         error = length - T.f(material.ROPE_LENGTH)
         error = limited(error, limit, T)
-        mends = ti.select(live > T.f(0.0), S[g, o + lay.RO_ACTIVE], T.vec(0.0)) > T.f(0.0)
+        mends = ti.select(live > T.f(0.0), rope[lay.RO_ACTIVE], T.vec(0.0)) > T.f(0.0)
         off = off | (mends & (magnitude(error, T) > T.f(material.LINEAR_TOLERANCE)))
         shift = ti.select(mends, error * T.f(-0.5), T.vec(0.0)) / length
-        S[g, b1 + lay.X] = S[g, b1 + lay.X] + dx * shift
-        S[g, b1 + lay.Y] = S[g, b1 + lay.Y] + dy * shift
-        S[g, b2 + lay.X] = S[g, b2 + lay.X] - dx * shift
-        S[g, b2 + lay.Y] = S[g, b2 + lay.Y] - dy * shift
+        body1[lay.X] = body1[lay.X] + dx * shift
+        body1[lay.Y] = body1[lay.Y] + dy * shift
+        body2[lay.X] = body2[lay.X] - dx * shift
+        body2[lay.Y] = body2[lay.Y] - dy * shift
     return off
 
 
 @ti.func
-def _apply(S: ti.template(), g, b1, b2, px, py):
+def _apply(body1: ti.template(), body2: ti.template(), px, py):
     """Impulse (px, py) on body 1 and its opposite on body 2."""
-    S[g, b1 + lay.VX] = S[g, b1 + lay.VX] + px
-    S[g, b1 + lay.VY] = S[g, b1 + lay.VY] + py
-    S[g, b2 + lay.VX] = S[g, b2 + lay.VX] - px
-    S[g, b2 + lay.VY] = S[g, b2 + lay.VY] - py
+    body1[lay.VX] = body1[lay.VX] + px
+    body1[lay.VY] = body1[lay.VY] + py
+    body2[lay.VX] = body2[lay.VX] - px
+    body2[lay.VY] = body2[lay.VY] - py

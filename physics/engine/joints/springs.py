@@ -39,24 +39,24 @@ _RELAX = SOFTNESS / (1 + SOFTNESS)
 
 @ti.func
 def prepare(
-    S: ti.template(), g, m: ti.template(), mi: ti.template(), mf: ti.template(), T: ti.template()
+    S: ti.template(), m: ti.template(), mi: ti.template(), mf: ti.template(), T: ti.template()
 ):
     """Directions, arms and biases for this step; applies the impulses of the last one."""
     for v in range(m.voxels):
         block = v * lay.VOXEL_ITEMS
         for k in range(_COUNT):
             row = F_SPRINGS + F_SPRING_ROW * k
-            b1 = block + mi[I_SPRINGS + I_SPRING_ROW * k]
-            b2 = block + mi[I_SPRINGS + I_SPRING_ROW * k + 1]
-            o = block + lay.SPRINGS + lay.SPRING_ITEMS * k
-            c1, s1 = S[g, b1 + lay.COS], S[g, b1 + lay.SIN]
-            c2, s2 = S[g, b2 + lay.COS], S[g, b2 + lay.SIN]
+            body1 = S.at[block + mi[I_SPRINGS + I_SPRING_ROW * k]]
+            body2 = S.at[block + mi[I_SPRINGS + I_SPRING_ROW * k + 1]]
+            spring = S.at[block + lay.SPRINGS + lay.SPRING_ITEMS * k]
+            c1, s1 = body1[lay.COS], body1[lay.SIN]
+            c2, s2 = body2[lay.COS], body2[lay.SIN]
             r1x = c1 * mf[row + FS_X1] - s1 * mf[row + FS_Y1]
             r1y = s1 * mf[row + FS_X1] + c1 * mf[row + FS_Y1]
             r2x = c2 * mf[row + FS_X2] - s2 * mf[row + FS_Y2]
             r2y = s2 * mf[row + FS_X2] + c2 * mf[row + FS_Y2]
-            dx = (S[g, b1 + lay.X] - S[g, b2 + lay.X]) + (r1x - r2x)
-            dy = (S[g, b1 + lay.Y] - S[g, b2 + lay.Y]) + (r1y - r2y)
+            dx = (body1[lay.X] - body2[lay.X]) + (r1x - r2x)
+            dy = (body1[lay.Y] - body2[lay.Y]) + (r1y - r2y)
             cross1 = (r1x * dy - r1y * dx) * T.f(1 / lay.GYRATION)
             cross2 = (r2x * dy - r2y * dx) * T.f(1 / lay.GYRATION)
             squared = dx * dx + dy * dy
@@ -71,53 +71,53 @@ def prepare(
             ny = dy * per_length
             arm1 = cross1 * per_length
             arm2 = cross2 * per_length
-            actuation = S[g, block + lay.ACTUATION]
+            actuation = S[block + lay.ACTUATION]
             slope = ti.select(
                 actuation >= T.f(0.0), T.vec(mf[row + FS_SHRINK]), T.vec(mf[row + FS_GROW])
             )
             rest = mf[row + FS_REST] - slope * actuation
-            impulse = S[g, o + lay.SP_IMPULSE] * S[g, o + lay.SP_SCALE] * (q * inverse)
-            S[g, o + lay.SP_NX] = nx
-            S[g, o + lay.SP_NY] = ny
-            S[g, o + lay.SP_ARM1] = arm1
-            S[g, o + lay.SP_ARM2] = arm2
-            S[g, o + lay.SP_BIAS] = (length - rest) * scale * T.f(BIAS)
-            S[g, o + lay.SP_IMPULSE] = impulse
-            S[g, o + lay.SP_SCALE] = scale
-            S[g, b1 + lay.VX] = S[g, b1 + lay.VX] + nx * impulse
-            S[g, b1 + lay.VY] = S[g, b1 + lay.VY] + ny * impulse
-            S[g, b1 + lay.W] = S[g, b1 + lay.W] + arm1 * impulse
-            S[g, b2 + lay.VX] = S[g, b2 + lay.VX] - nx * impulse
-            S[g, b2 + lay.VY] = S[g, b2 + lay.VY] - ny * impulse
-            S[g, b2 + lay.W] = S[g, b2 + lay.W] - arm2 * impulse
+            impulse = spring[lay.SP_IMPULSE] * spring[lay.SP_SCALE] * (q * inverse)
+            spring[lay.SP_NX] = nx
+            spring[lay.SP_NY] = ny
+            spring[lay.SP_ARM1] = arm1
+            spring[lay.SP_ARM2] = arm2
+            spring[lay.SP_BIAS] = (length - rest) * scale * T.f(BIAS)
+            spring[lay.SP_IMPULSE] = impulse
+            spring[lay.SP_SCALE] = scale
+            body1[lay.VX] = body1[lay.VX] + nx * impulse
+            body1[lay.VY] = body1[lay.VY] + ny * impulse
+            body1[lay.W] = body1[lay.W] + arm1 * impulse
+            body2[lay.VX] = body2[lay.VX] - nx * impulse
+            body2[lay.VY] = body2[lay.VY] - ny * impulse
+            body2[lay.W] = body2[lay.W] - arm2 * impulse
 
 
 @ti.func
-def solve_velocities(S: ti.template(), g, m: ti.template(), T: ti.template()):
+def solve_velocities(S: ti.template(), m: ti.template(), T: ti.template()):
     """One iteration over all springs; the velocities of a voxel stay in registers."""
     for v in range(m.voxels):
-        block = v * lay.VOXEL_ITEMS
-        vx = [S[g, block + k * lay.BODY_ITEMS + lay.VX] for k in range(4)]
-        vy = [S[g, block + k * lay.BODY_ITEMS + lay.VY] for k in range(4)]
-        w = [S[g, block + k * lay.BODY_ITEMS + lay.W] for k in range(4)]
+        voxel = S.at[v * lay.VOXEL_ITEMS]
+        vx = [voxel[k * lay.BODY_ITEMS + lay.VX] for k in range(4)]
+        vy = [voxel[k * lay.BODY_ITEMS + lay.VY] for k in range(4)]
+        w = [voxel[k * lay.BODY_ITEMS + lay.W] for k in range(4)]
         # The sides N and S join squares (0, 1) and (2, 3), E and W squares (1, 2) and (3, 0): the
         # second round runs the code of the first on squares renumbered by one.
         for half in range(2):
             for link in range(4):
-                o = block + lay.SPRINGS + (half * 4 + link) * (2 * lay.SPRING_ITEMS)
-                _solve_one(S, g, o, vx, vy, w, 0, 1, T)
-                _solve_one(S, g, o + lay.SPRING_ITEMS, vx, vy, w, 2, 3, T)
+                o = lay.SPRINGS + (half * 4 + link) * (2 * lay.SPRING_ITEMS)
+                _solve_one(voxel, o, vx, vy, w, 0, 1, T)
+                _solve_one(voxel, o + lay.SPRING_ITEMS, vx, vy, w, 2, 3, T)
             _renumber(vx)
             _renumber(vy)
             _renumber(w)
-        central = block + (lay.SPRINGS + 16 * lay.SPRING_ITEMS)
-        _solve_one(S, g, central, vx, vy, w, 2, 0, T)
-        _solve_one(S, g, central + lay.SPRING_ITEMS, vx, vy, w, 3, 1, T)
+        central = lay.SPRINGS + 16 * lay.SPRING_ITEMS
+        _solve_one(voxel, central, vx, vy, w, 2, 0, T)
+        _solve_one(voxel, central + lay.SPRING_ITEMS, vx, vy, w, 3, 1, T)
         for k in ti.static(range(4)):
-            o = block + ((k + 2) % 4) * lay.BODY_ITEMS
-            S[g, o + lay.VX] = vx[k]
-            S[g, o + lay.VY] = vy[k]
-            S[g, o + lay.W] = w[k]
+            o = ((k + 2) % 4) * lay.BODY_ITEMS
+            voxel[o + lay.VX] = vx[k]
+            voxel[o + lay.VY] = vy[k]
+            voxel[o + lay.W] = w[k]
 
 
 @ti.func
@@ -131,8 +131,7 @@ def _renumber(a: ti.template()):
 
 @ti.func
 def _solve_one(
-    S: ti.template(),
-    g,
+    voxel: ti.template(),
     o,
     vx: ti.template(),
     vy: ti.template(),
@@ -141,13 +140,13 @@ def _solve_one(
     j: ti.template(),
     T: ti.template(),
 ):
-    """One iteration of the spring at offset o between squares i and j."""
-    nx, ny = S[g, o + lay.SP_NX], S[g, o + lay.SP_NY]
-    arm1, arm2 = S[g, o + lay.SP_ARM1], S[g, o + lay.SP_ARM2]
-    acc = S[g, o + lay.SP_IMPULSE]
+    """One iteration of the spring at offset o of a voxel, between squares i and j."""
+    nx, ny = voxel[o + lay.SP_NX], voxel[o + lay.SP_NY]
+    arm1, arm2 = voxel[o + lay.SP_ARM1], voxel[o + lay.SP_ARM2]
+    acc = voxel[o + lay.SP_IMPULSE]
     speed = (nx * (vx[i] - vx[j]) + ny * (vy[i] - vy[j])) + (arm1 * w[i] - arm2 * w[j])
-    change = (acc * T.f(-_RELAX) - S[g, o + lay.SP_BIAS]) - speed
-    S[g, o + lay.SP_IMPULSE] = acc + change
+    change = (acc * T.f(-_RELAX) - voxel[o + lay.SP_BIAS]) - speed
+    voxel[o + lay.SP_IMPULSE] = acc + change
     px = nx * change
     py = ny * change
     vx[i] += px

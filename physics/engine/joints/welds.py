@@ -11,8 +11,7 @@ t = u turned left, its matrix is constant. With lengths in units of GYRATION, rh
 import math
 
 from physics.backend import ti
-from physics.engine.integrator import move
-from physics.engine.lane_math import magnitude
+from physics.engine.lane_math import magnitude, rotate
 from physics.engine.memory import layout as lay
 from physics.engine.memory.model import I_WELD_ROW
 from physics.scene import material
@@ -26,9 +25,9 @@ _AA = (2 + _RHO**2) / _DET
 
 
 @ti.func
-def _axis(S: ti.template(), g, b2, above, T: ti.template()):
+def _axis(body2: ti.template(), above, T: ti.template()):
     """Unit vector from body 2 to the anchor: its x axis, or its y axis if body 1 lies above."""
-    c, s = S[g, b2 + lay.COS], S[g, b2 + lay.SIN]
+    c, s = body2[lay.COS], body2[lay.SIN]
     ux = c
     uy = s
     if above != 0:
@@ -38,36 +37,34 @@ def _axis(S: ti.template(), g, b2, above, T: ti.template()):
 
 
 @ti.func
-def prepare(S: ti.template(), g, m: ti.template(), mi: ti.template(), T: ti.template()):
+def prepare(S: ti.template(), m: ti.template(), mi: ti.template(), T: ti.template()):
     """Axes for this step; applies the impulses of the last one."""
     for n in range(m.welds):
         row = m.weld_table + I_WELD_ROW * n
-        b1 = mi[row]
-        b2 = mi[row + 1]
-        o = m.weld_block + lay.WELD_ITEMS * n
-        ux, uy = _axis(S, g, b2, mi[row + 2], T)
-        S[g, o + lay.WE_UX] = ux
-        S[g, o + lay.WE_UY] = uy
-        px, py, pw = S[g, o + lay.WE_PX], S[g, o + lay.WE_PY], S[g, o + lay.WE_PW]
-        S[g, b1 + lay.VX] = S[g, b1 + lay.VX] + px
-        S[g, b1 + lay.VY] = S[g, b1 + lay.VY] + py
-        S[g, b1 + lay.W] = S[g, b1 + lay.W] + pw
-        S[g, b2 + lay.VX] = S[g, b2 + lay.VX] - px
-        S[g, b2 + lay.VY] = S[g, b2 + lay.VY] - py
-        S[g, b2 + lay.W] = S[g, b2 + lay.W] - (pw + T.f(_RHO) * (ux * py - uy * px))
+        body1, body2 = S.at[mi[row]], S.at[mi[row + 1]]
+        weld = S.at[m.weld_block + lay.WELD_ITEMS * n]
+        ux, uy = _axis(body2, mi[row + 2], T)
+        weld[lay.WE_UX] = ux
+        weld[lay.WE_UY] = uy
+        px, py, pw = weld[lay.WE_PX], weld[lay.WE_PY], weld[lay.WE_PW]
+        body1[lay.VX] = body1[lay.VX] + px
+        body1[lay.VY] = body1[lay.VY] + py
+        body1[lay.W] = body1[lay.W] + pw
+        body2[lay.VX] = body2[lay.VX] - px
+        body2[lay.VY] = body2[lay.VY] - py
+        body2[lay.W] = body2[lay.W] - (pw + T.f(_RHO) * (ux * py - uy * px))
 
 
 @ti.func
-def solve_velocities(S: ti.template(), g, m: ti.template(), mi: ti.template(), T: ti.template()):
+def solve_velocities(S: ti.template(), m: ti.template(), mi: ti.template(), T: ti.template()):
     """One iteration over all welds: each makes the bodies' velocities agree at its anchor."""
     for n in range(m.welds):
         row = m.weld_table + I_WELD_ROW * n
-        b1 = mi[row]
-        b2 = mi[row + 1]
-        o = m.weld_block + lay.WELD_ITEMS * n
-        ux, uy = S[g, o + lay.WE_UX], S[g, o + lay.WE_UY]
-        v1x, v1y, w1 = S[g, b1 + lay.VX], S[g, b1 + lay.VY], S[g, b1 + lay.W]
-        v2x, v2y, w2 = S[g, b2 + lay.VX], S[g, b2 + lay.VY], S[g, b2 + lay.W]
+        body1, body2 = S.at[mi[row]], S.at[mi[row + 1]]
+        weld = S.at[m.weld_block + lay.WELD_ITEMS * n]
+        ux, uy = weld[lay.WE_UX], weld[lay.WE_UY]
+        v1x, v1y, w1 = body1[lay.VX], body1[lay.VY], body1[lay.W]
+        v2x, v2y, w2 = body2[lay.VX], body2[lay.VY], body2[lay.W]
         dx = v1x - v2x
         dy = v1y - v2y
         error_u = dx * ux + dy * uy
@@ -78,34 +75,32 @@ def solve_velocities(S: ti.template(), g, m: ti.template(), mi: ti.template(), T
         pw = T.f(-_TA) * error_t - T.f(_AA) * error_a
         px = pu * ux - pt * uy
         py = pu * uy + pt * ux
-        S[g, o + lay.WE_PX] = S[g, o + lay.WE_PX] + px
-        S[g, o + lay.WE_PY] = S[g, o + lay.WE_PY] + py
-        S[g, o + lay.WE_PW] = S[g, o + lay.WE_PW] + pw
-        S[g, b1 + lay.VX] = v1x + px
-        S[g, b1 + lay.VY] = v1y + py
-        S[g, b1 + lay.W] = w1 + pw
-        S[g, b2 + lay.VX] = v2x - px
-        S[g, b2 + lay.VY] = v2y - py
-        S[g, b2 + lay.W] = w2 - (pw + T.f(_RHO) * pt)
+        weld[lay.WE_PX] = weld[lay.WE_PX] + px
+        weld[lay.WE_PY] = weld[lay.WE_PY] + py
+        weld[lay.WE_PW] = weld[lay.WE_PW] + pw
+        body1[lay.VX] = v1x + px
+        body1[lay.VY] = v1y + py
+        body1[lay.W] = w1 + pw
+        body2[lay.VX] = v2x - px
+        body2[lay.VY] = v2y - py
+        body2[lay.W] = w2 - (pw + T.f(_RHO) * pt)
 
 
 @ti.func
-def solve_positions(
-    S: ti.template(), g, m: ti.template(), mi: ti.template(), live, T: ti.template()
-):
+def solve_positions(S: ti.template(), m: ti.template(), mi: ti.template(), live, T: ti.template()):
     """One iteration of the position stage on live lanes; returns the lanes still off."""
     mask = live > T.f(0.0)
     off = live < live
     half_turn = T.vec(math.pi)
     whole_turn = T.f(2 * math.pi)
+    zero = T.vec(0.0)
     for n in range(m.welds):
         row = m.weld_table + I_WELD_ROW * n
-        b1 = mi[row]
-        b2 = mi[row + 1]
-        ux, uy = _axis(S, g, b2, mi[row + 2], T)
-        dx = (S[g, b1 + lay.X] - S[g, b2 + lay.X]) - T.f(_ARM) * ux
-        dy = (S[g, b1 + lay.Y] - S[g, b2 + lay.Y]) - T.f(_ARM) * uy
-        angle = S[g, b1 + lay.ANGLE] - S[g, b2 + lay.ANGLE]
+        body1, body2 = S.at[mi[row]], S.at[mi[row + 1]]
+        ux, uy = _axis(body2, mi[row + 2], T)
+        dx = (body1[lay.X] - body2[lay.X]) - T.f(_ARM) * ux
+        dy = (body1[lay.Y] - body2[lay.Y]) - T.f(_ARM) * uy
+        angle = body1[lay.ANGLE] - body2[lay.ANGLE]
         angle = ti.select(
             angle > half_turn,
             angle - whole_turn,
@@ -124,11 +119,22 @@ def solve_positions(
         pu = T.f(-0.5) * error_u
         pt = T.f(-_TT) * error_t - T.f(_TA) * error_a
         pw = T.f(-_TA) * error_t - T.f(_AA) * error_a
-        px = pu * ux - pt * uy
-        py = pu * uy + pt * ux
-        for second in range(2):  # a loop, because it compiles the code of ``move`` once
-            body = b2 if second != 0 else b1
-            sign = T.f(1.0) - T.f(2.0) * ti.cast(second, T.f)
-            turn = (pw + ti.cast(second, T.f) * T.f(_RHO) * pt) * (sign * T.f(1 / lay.GYRATION))
-            move(S, g, body, mask, sign * px, sign * py, turn, T)
+        px = ti.select(mask, pu * ux - pt * uy, zero)
+        py = ti.select(mask, pu * uy + pt * ux, zero)
+        turn1 = ti.select(mask, pw * T.f(1 / lay.GYRATION), zero)
+        turn2 = ti.select(mask, (pw + T.f(_RHO) * pt) * T.f(-1 / lay.GYRATION), zero)
+        _shift(body1, mask, px, py, turn1, T)
+        _shift(body2, mask, zero - px, zero - py, turn2, T)
     return off
+
+
+@ti.func
+def _shift(body: ti.template(), mask, dx, dy, turn, T: ti.template()):
+    """``integrator.move`` for a way that is zero outside the mask already."""
+    old_c, old_s = body[lay.COS], body[lay.SIN]
+    c, s = rotate(old_c, old_s, turn, T)
+    body[lay.X] = body[lay.X] + dx
+    body[lay.Y] = body[lay.Y] + dy
+    body[lay.ANGLE] = body[lay.ANGLE] + turn
+    body[lay.COS] = ti.select(mask, c, old_c)
+    body[lay.SIN] = ti.select(mask, s, old_s)

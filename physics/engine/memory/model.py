@@ -72,6 +72,7 @@ _SIZES = (
     "rope_list",
     "velocity_iterations",
     "position_iterations",
+    "control_interval",
     "ropes",
     "damage_mode",
     "weld_table",
@@ -87,6 +88,7 @@ _SIZES = (
     "pair_table",
     "voxel_pairs",
     "landing_block",
+    "items",
 )
 Sizes = ti.types.struct(**dict.fromkeys(_SIZES, ti.i32))
 
@@ -151,6 +153,7 @@ def build(
     damage_mode: str,
     max_steps: int,
     lanes: int,
+    control_interval: int = 1,
 ) -> Model:
     """The model of a robot.
 
@@ -165,6 +168,7 @@ def build(
         damage_mode: one of damage.MODES.
         max_steps: steps that a world may live.
         lanes: worlds per group.
+        control_interval: engine steps per control step.
     """
     reading_rows, rays, intervals, ring_items = _readings(apparatus)
     features = engine.features(morphology)
@@ -200,6 +204,7 @@ def build(
         "rope_list": layout.rope_list,
         "velocity_iterations": engine.velocity_iterations,
         "position_iterations": engine.position_iterations,
+        "control_interval": control_interval,
         "ropes": int(engine.ropes),
         "damage_mode": damage.MODES.index(damage_mode),
         "weld_table": I_WELDS,
@@ -215,6 +220,7 @@ def build(
         "pair_table": pair_table,
         "voxel_pairs": len(pairs),
         "landing_block": layout.landing_block,
+        "items": layout.items,
     }
     rows = [*springs, *ropes, *welds, *reading_rows, *pairs]
     windows = [clock.window_lengths(max_steps, interval) for interval in intervals]

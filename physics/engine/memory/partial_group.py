@@ -11,31 +11,30 @@ from physics.engine.memory import layout as lay
 
 
 @ti.func
-def squeeze(A: ti.template(), g, T: ti.template()):
+def squeeze(A: ti.template(), T: ti.template()):
     """Moves the first lanes of all items of a group together.
 
     The array is seen as vectors of the program's lanes, several to an item.
     """
     parts = ti.static(T.places // T.lanes)
-    for item in range(1, A.items // parts):
-        A[g, item] = A[g, item * parts]
+    for item in range(1, A.items):
+        A[item] = A[item * parts]
 
 
 @ti.func
-def spread(A: ti.template(), g, T: ti.template()):
+def spread(A: ti.template(), T: ti.template()):
     """Moves them apart again. The empty places, which lent their room, get the same values."""
     parts = ti.static(T.places // T.lanes)
-    items = A.items // parts
-    for k in range(items):
-        item = items - 1 - k
-        values = A[g, item]
+    for k in range(A.items):
+        item = A.items - 1 - k
+        values = A[item]
         for part in ti.static(range(parts)):
-            A[g, item * parts + part] = values
+            A[item * parts + part] = values
 
 
 @ti.func
-def end_copies(S: ti.template(), g, m: ti.template(), T: ti.template()):
+def end_copies(S: ti.template(), m: ti.template(), T: ti.template()):
     """The empty places of a state hold worlds that are over."""
     parts = ti.static(T.places // T.lanes)
     for part in ti.static(range(1, parts)):
-        S[g, (m.header + lay.H_LIFE) * parts + part] = T.vec(0.0)
+        S[(m.header + lay.H_LIFE) * parts + part] = T.vec(0.0)

@@ -62,7 +62,10 @@ class State:
 
     def worlds(self, view: Tensor) -> Tensor:
         """(groups, ..., lanes) -> (N, ...), a copy without the padding."""
-        return view.movedim(-1, 1).flatten(0, 1)[: self.n_worlds].contiguous()
+        rows = view.movedim(-1, 1).flatten(0, 1)[: self.n_worlds]
+        if rows.untyped_storage().data_ptr() == view.untyped_storage().data_ptr():
+            return rows.clone(memory_format=torch.contiguous_format)  # flatten gave a view
+        return rows.contiguous()
 
     def lanes_of(self, values: Tensor) -> Tensor:
         """(N, ...) -> (groups, ..., lanes) of the state's type, zeros in the padding."""
@@ -87,29 +90,61 @@ def allocate(
     )
 
 
-def newborn(like: State, poses: Tensor, seeds: Tensor, lifetimes: Tensor) -> State:
-    """Worlds in their first instant: at rest, nothing remembered, never damaged.
+def blank(layout: Layout, like: Tensor) -> Tensor:
+    """The items of a world without a robot in it, (layout.items,): nothing remembered, never
+    damaged, over before its first step.
 
     Args:
-        like: gives sizes, types and device.
-        poses: of the squares, (N, V, 4, 3) x, y [m], angle [rad].
-        seeds: (N,) int64 in [0, 2^32).
-        lifetimes: in steps, (N,).
+        layout: where things lie.
+        like: gives type and device.
     """
-    state = State(
-        torch.zeros_like(like.items), torch.zeros_like(like.lists), like.layout, like.n_worlds
-    )
-    set_poses(state, poses)
+    items = torch.zeros(1, layout.items, 1, dtype=like.dtype, device=like.device)
+    state = State(items, items, layout, 1)
     pairs = state.voxels(lay.PAIRS, 4 * lay.PAIRS_PER_BODY * lay.PAIR_ITEMS)
     pairs = pairs.unflatten(2, (-1, lay.PAIR_ITEMS))
     for point in range(2):
         pairs[:, :, :, lay.PA_POINTS + point * lay.POINT_ITEMS + lay.PT_DEPTH] = -1.0
     state.voxels(lay.BREAKS, 2).fill_(ENDLESS)
-    state.header(lay.H_LIFE).copy_(state.lanes_of(lifetimes.double().clamp(max=ENDLESS)))
-    state.header(lay.H_SEED_LOW).copy_(state.lanes_of(seeds & 0xFFFF))
-    state.header(lay.H_SEED_HIGH).copy_(state.lanes_of(seeds >> 16))
     forget_window(state)
-    return state
+    return items.flatten()
+
+
+def fill(state: State, worlds: Tensor, padding: Tensor) -> None:
+    """Makes all worlds anew.
+
+    Args:
+        state: changed in place.
+        worlds: items of every world, (N, layout.items).
+        padding: items of the places beyond, (layout.items,).
+    """
+    groups, lanes = state.items.shape[0], state.lanes
+    rest = padding.expand(groups * lanes - state.n_worlds, -1)
+    places = torch.cat([worlds, rest]).unflatten(0, (groups, lanes))
+    state.items.copy_(places.movedim(1, -1))
+    state.lists.zero_()
+
+
+def replace(state: State, chosen: np.ndarray, worlds: Tensor) -> None:
+    """Makes some worlds anew.
+
+    Args:
+        state: changed in place.
+        chosen: numbers of k worlds.
+        worlds: items of each, (k, layout.items).
+    """
+    groups, lanes = np.divmod(chosen, state.lanes)
+    state.items[torch.from_numpy(groups), :, torch.from_numpy(lanes)] = worlds
+
+
+def widened(state: State, layout: Layout) -> State:
+    """The same worlds in a layout whose terrain window is larger; it is filled anew."""
+    groups, old, lanes = state.items.shape
+    items = state.items.new_zeros(groups, layout.items, lanes)
+    items[:, : layout.window] = state.items[:, : layout.window]
+    items[:, layout.rings :] = state.items[:, state.layout.rings : old]
+    wider = State(unpacked(items, lanes), state.lists, layout, state.n_worlds)
+    forget_window(wider)
+    return wider
 
 
 def set_poses(state: State, poses: Tensor) -> None:

@@ -1,0 +1,123 @@
+"""Checks of an evolution's options, and that they fit together; nothing is written."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal, get_args, get_origin, get_type_hints
+
+from experiments.options import options_of
+
+__all__ = ["check"]
+
+_LEAST_DURATION = 0.1  # [s]
+_LEAST_POPULATION = 4  # of which a quarter are parents
+
+
+def check(config: Any) -> None:
+    """Check every option of an evolution.
+
+    Args:
+        config: An `EvolveConfig`; that module imports this one.
+
+    Raises:
+        ValueError: the first option that is wrong: its name, what was expected, what came and how
+            to mend it.
+    """
+    for each in (
+        _check_choices, _check_numbers, _check_controller, _check_network, _check_world,
+        _check_device,
+    ):  # fmt: skip
+        each(config)
+
+
+def _check_choices(config: Any) -> None:
+    for name, hint in get_type_hints(type(config)).items():
+        allowed = get_args(hint) if get_origin(hint) is Literal else None
+        value = getattr(config, name)
+        if allowed and value not in allowed:
+            raise ValueError(f"{name}: expected one of {', '.join(allowed)}, got {value!r}")
+
+
+def _check_numbers(config: Any) -> None:
+    for name, least in (
+        ("generations", 1),
+        ("population", _LEAST_POPULATION),
+        ("control_interval", 1),
+        ("runs", 1),
+        ("seed", 0),
+        ("threads", 1),
+    ):
+        value = getattr(config, name)
+        if name == "threads" and value is None:
+            continue
+        if not _is_integer(value) or value < least:
+            raise ValueError(f"{name}: expected an integer >= {least}, got {value!r}")
+    for name, minimum in (("sigma", 0.0), ("noise", 0.0), ("duration", _LEAST_DURATION)):
+        value = getattr(config, name)
+        if not _is_finite(value) or value < minimum:
+            raise ValueError(f"{name}: expected a finite number >= {minimum}, got {value!r}")
+    if config.sigma == 0:
+        raise ValueError("sigma: expected a number > 0, got 0; nothing would evolve")
+    if not _is_finite(config.gain) or config.gain == 0:
+        raise ValueError(f"gain: expected a finite number other than 0, got {config.gain!r}")
+    if config.eta != "evolved" and not _is_finite(config.eta):
+        raise ValueError(f'eta: expected a finite number or "evolved", got {config.eta!r}')
+
+
+def _check_controller(config: Any) -> None:
+    default = type(config)()
+    for name, what in options_of(type(config)).items():
+        value = getattr(config, name)
+        has_it = not what.controllers or config.controller in what.controllers
+        if not has_it and value != getattr(default, name):
+            raise ValueError(
+                f"{name}: expected no such option with controller {config.controller}, got "
+                f"{value!r}; drop it or use controller {' or '.join(what.controllers)}"
+            )
+
+
+def _check_network(config: Any) -> None:
+    """The layers know their own options and what to say of wrong ones."""
+    import torch
+
+    import hebbtorch
+
+    network = hebbtorch.HebbianMLP(
+        [1, 1],
+        sharing=config.sharing,
+        groups=["input"] if config.sharing == "grouped" else None,
+        eta=config.eta,
+        normalize=config.normalize,
+        terms=config.terms,
+    )
+    network.initial_state(config.init, generator=torch.Generator())
+
+
+def _check_world(config: Any) -> None:
+    from physics import Apparatus, Morphology, Terrain
+
+    apparatus = Apparatus.of(config.sensors, Morphology.from_name(config.shape))
+    if apparatus.n_readings == 0:
+        raise ValueError(
+            f"sensors: expected at least one reading, got none from {config.sensors!r} on "
+            f"{config.shape!r}; choose a richer apparatus"
+        )
+    Terrain.from_name(config.terrain, seed=0)
+
+
+def _check_device(config: Any) -> None:
+    from physics import checks
+
+    try:
+        checks.device(config.device)
+    except RuntimeError:  # PyTorch's, for a name that it does not know
+        raise ValueError(f"device: expected cpu or cuda, got {config.device!r}") from None
+
+
+def _is_integer(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def _is_finite(value: Any) -> bool:
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return is_number and math.isfinite(value)

@@ -1,0 +1,67 @@
+"""Controls: the plastic network beside static ones of other kinds, and fast beside slow control."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from experiments.report.figures import boxes
+from experiments.report.figures.conditions import Condition, gather
+from experiments.report.figures.performance import box
+from experiments.report.figures.variants import FULL
+
+__all__ = ["control_interval", "controls"]
+
+_OPTIONS = {
+    "gain",
+    "bias",
+    "input_activation",
+    "control_interval",
+    "exchange_bc",
+    "constant_last_input",
+}
+_CAPTION = (
+    "Speed of each run's best individual at the end of evolution [m/s]; medians over runs with "
+    "95 % bootstrap intervals. Every controller against the plastic one of the paper."
+)
+
+
+def controls(run_folders: Sequence[Path], out: Path) -> list[Path]:
+    """Static networks with a gain, biases or recurrence, and those of the paper's code, each at
+    the control interval that it evolved with, against the plastic network."""
+    found = [
+        each
+        for each in gather(run_folders)
+        if set(each.variant) <= _OPTIONS and each.config.damage == "none"
+    ]
+    return _figure(found, out, "controls")
+
+
+def control_interval(run_folders: Sequence[Path], out: Path) -> list[Path]:
+    """Plastic networks that act and learn every few steps, against every step."""
+    found = [
+        each
+        for each in gather(run_folders)
+        if set(each.variant) <= {"control_interval"}
+        and (each.config.controller, each.config.damage) == ("hebbian", "none")
+    ]
+    return _figure(found, out, "control_interval")
+
+
+def _figure(found: Sequence[Condition], out: Path, name: str) -> list[Path]:
+    if not any(each.variant or each.config.controller == "rnn" for each in found):
+        return []  # nothing but what other figures show
+    ordered = sorted(found, key=_place)
+    return boxes.draw([box(each, each.fitness) for each in ordered], out, name, FULL, _CAPTION)
+
+
+def _place(condition: Condition) -> tuple[bool, int, str, float, bool]:
+    """The paper's model first, then by control interval, kind, gain and biases."""
+    config = condition.config
+    return (
+        condition.label != FULL,
+        config.control_interval,
+        config.controller,
+        config.gain,
+        config.bias,
+    )

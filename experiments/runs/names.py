@@ -1,0 +1,75 @@
+"""The names of the files in a run's folder: those of its evolution and of its analyses."""
+
+from __future__ import annotations
+
+from experiments.config import EvolveConfig
+
+__all__ = [
+    "ARCHIVE",
+    "CHAMPIONS",
+    "CHECKPOINT",
+    "CONFIG",
+    "EVALUATION_TERRAINS",
+    "FREEZING",
+    "FREEZING_TERRAINS",
+    "GENERALIZATION",
+    "HISTORY",
+    "MATRIX",
+    "PAIRED",
+    "PRUNING",
+    "RANDOM_GENOMES",
+    "RECORDING",
+    "RECORDING_MEASURES",
+    "evaluation_file",
+    "freezing_file",
+]
+
+CONFIG = "config.json"
+CHECKPOINT = "checkpoint.pt"
+HISTORY = "history.csv"
+ARCHIVE = "archive.safetensors"
+CHAMPIONS = "champion.safetensors"
+
+FREEZING = "freeze.csv"
+PRUNING = "pruned.csv"
+PAIRED = "paired.csv"
+GENERALIZATION = "generalization.csv"
+MATRIX = "matrix.csv"
+RECORDING = "inner_life.npz"
+RECORDING_MEASURES = "inner_life.json"
+RANDOM_GENOMES = "random_genomes.json"
+
+EVALUATION_TERRAINS = 10
+"""Unseen terrains of a re-assessment, as in the paper (Sec. IV-A)."""
+FREEZING_TERRAINS = 3
+"""Unseen terrains on which frozen weights are assessed."""
+
+
+def evaluation_file(
+    config: EvolveConfig, n_terrains: int = EVALUATION_TERRAINS, seed: int = 0
+) -> str:
+    """Name of the table of a re-assessment, after its conditions.
+
+    Args:
+        config: The conditions: terrain and damage.
+        n_terrains: Number of unseen terrains.
+        seed: Of noise, damage and initial weights.
+    """
+    other = _other_terrains(n_terrains, EVALUATION_TERRAINS, seed)
+    return f"evaluation-{config.terrain}-{config.damage}{other}.csv"
+
+
+def freezing_file(n_terrains: int = FREEZING_TERRAINS, seed: int = 0) -> str:
+    """Name of the table of frozen champions' speeds.
+
+    Args:
+        n_terrains: Number of unseen terrains.
+        seed: Of noise, damage and initial weights.
+    """
+    other = _other_terrains(n_terrains, FREEZING_TERRAINS, seed)
+    return FREEZING.replace(".", f"{other}.")
+
+
+def _other_terrains(n_terrains: int, usual: int, seed: int) -> str:
+    """What the name adds for other terrains than campaigns have: they are another result."""
+    return "" if (n_terrains, seed) == (usual, 0) else f"-{n_terrains}-seed{seed}"

@@ -1,0 +1,267 @@
+"""The paper's evolution strategy, by ask and tell (Algorithm 1)."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
+
+import torch
+from torch import Tensor
+
+from hebbtorch.sampling import draw_uniform
+
+
+class AskTell(Protocol):
+    """What an optimizer of genomes offers; `EvolutionStrategy` is one."""
+
+    @property
+    def best(self) -> Tensor:
+        """The fittest genome of the last told population."""
+
+    @property
+    def best_fitness(self) -> Tensor:
+        """Its fitness."""
+
+    def ask(self) -> Tensor:
+        """The genomes to evaluate next."""
+
+    def tell(self, fitness: Tensor) -> None:
+        """Their fitness, higher is better, NaN for a failed evaluation."""
+
+    def state_dict(self) -> dict[str, Any]:
+        """Everything needed to go on, as tensors and plain numbers."""
+
+    def load_state_dict(self, state: Mapping[str, Any]) -> None:
+        """Go on from there."""
+
+
+def ranking(fitness: Tensor) -> list[int]:
+    """Indices of the n individuals from the best to the worst; ties keep their order.
+
+    NaN counts as worse than anything, -inf included.
+    """
+    values = fitness.tolist()
+    return sorted(range(len(values)), key=lambda i: (math.isnan(values[i]), -values[i]))
+
+
+def next_population(
+    genomes: Tensor, order: list[int], n_parents: int, sigma: float, generator: torch.Generator
+) -> Tensor:
+    """One generation of Algorithm 1.
+
+    Args:
+        genomes: (n, G).
+        order: indices of the n individuals from the best to the worst.
+        n_parents: how many of the best are parents.
+        sigma: standard deviation of the mutations.
+        generator: source of the mutations.
+
+    Returns:
+        (n, G); the first is the best of `genomes`, unchanged.
+    """
+    parents = genomes[order[:n_parents]]  # Algorithm 1, line 4
+    mean = parents.mean(0)  # line 5
+    elite = genomes[order[:1]]  # line 6
+    noise = torch.randn(
+        len(genomes) - 1, genomes.shape[1], generator=generator, dtype=torch.float64
+    )
+    children = mean + sigma * noise.to(genomes.dtype)  # line 8
+    return torch.cat([elite, children])
+
+
+class EvolutionStrategy:
+    """Algorithm 1: children are Gaussian mutations of the mean of the fittest; one elite stays.
+
+    It lives on the CPU; fitness may come from any device. Randomness is a function of the run's
+    seed and the generation alone, so a strategy resumed from `state_dict()` goes on bit for
+    bit, and run r of seed s is, bit for bit, the only run of seed s + r.
+
+    Args:
+        n_genes: G, length of a genome.
+        population: individuals per run, at least 2.
+        sigma: standard deviation of the mutations, in units of the genes.
+        parents: fraction of the population that are parents (rounded down, at least 1).
+        runs: independent runs, advanced together.
+        seed: of the first run; run r has seed + r.
+        dtype: of the genomes.
+
+    Attributes:
+        generation: number of populations told so far.
+
+    Raises:
+        ValueError: an argument that is not as said here.
+    """
+
+    def __init__(
+        self,
+        n_genes: int,
+        population: int = 40,
+        sigma: float = 0.35,
+        parents: float = 0.25,
+        runs: int = 1,
+        seed: int = 0,
+        dtype: torch.dtype = torch.float32,
+    ) -> None:
+        for name, value, least in (
+            ("n_genes", n_genes, 1),
+            ("population", population, 2),
+            ("runs", runs, 1),
+        ):
+            if not isinstance(value, int) or value < least:
+                raise ValueError(f"{name}: expected an integer of at least {least}, got {value!r}")
+        if not isinstance(seed, int):
+            raise ValueError(f"seed: expected an integer, got {seed!r}")
+        if not (math.isfinite(sigma) and sigma > 0):
+            raise ValueError(f"sigma: expected a positive number, got {sigma!r}")
+        if not dtype.is_floating_point:
+            raise ValueError(f"dtype: expected a floating dtype, got {dtype}")
+        # A fraction such as 0.29 of 100 is 28.999999999999996 in floating point.
+        n_parents = math.floor(parents * population + 1e-9) if math.isfinite(parents) else 0
+        if not 1 <= n_parents <= population:
+            raise ValueError(
+                f"parents: expected a fraction that makes 1 to {population} of the population "
+                f"of {population} parents, got {parents!r}"
+            )
+        self.n_genes = n_genes
+        self.population = population
+        self.sigma = float(sigma)
+        self.n_parents = n_parents
+        self.runs = runs
+        self.seed = seed
+        self.dtype = dtype
+        self.generation = 0
+        self._asked = False
+        self._genomes = torch.stack(  # Algorithm 1, line 2
+            [
+                draw_uniform(
+                    (population, n_genes),
+                    self._generator(run),
+                    dtype=dtype,
+                    device=torch.device("cpu"),
+                )
+                for run in range(runs)
+            ]
+        )
+        self._best = self._genomes[:, 0].clone()
+        self._best_fitness = torch.full((runs,), math.nan, dtype=torch.float64)
+
+    def ask(self) -> Tensor:
+        """The genomes to evaluate: (population, G), or (runs, population, G) with runs > 1.
+
+        After the first generation, individual 0 is the best of the one before.
+
+        Raises:
+            ValueError: the fitness of the genomes asked for before has not been told.
+        """
+        if self._asked:
+            raise ValueError("ask: expected tell(fitness) of the last genomes first, got ask again")
+        self._asked = True
+        return self._per_run(self._genomes).clone()
+
+    def tell(self, fitness: Tensor | Sequence[float]) -> None:
+        """Take the fitness of the genomes last asked for and make the next population.
+
+        Args:
+            fitness: (population,), or (runs, population) with runs > 1; higher is better. NaN
+                counts as worst; where a whole run is NaN its individual 0, the elite, stays
+                the best, with a fitness of NaN.
+
+        Raises:
+            ValueError: wrong shape, or no genomes have been asked for.
+        """
+        if not self._asked:
+            raise ValueError("tell: expected ask() first, got a fitness for no genomes")
+        given = torch.as_tensor(fitness).detach()
+        expected = tuple(self._per_run(self._genomes).shape[:-1])
+        if tuple(given.shape) != expected:
+            raise ValueError(f"fitness: expected shape {expected}, got {tuple(given.shape)}")
+        if given.is_complex():
+            raise ValueError(f"fitness: expected real numbers, got {given.dtype}")
+        told = given.to("cpu", torch.float64)
+        self._asked = False
+        self.generation += 1
+        told = told.reshape(self.runs, self.population)
+        for run in range(self.runs):
+            order = ranking(told[run])
+            self._best[run] = self._genomes[run, order[0]]  # Algorithm 1, line 12
+            self._best_fitness[run] = told[run, order[0]]
+            self._genomes[run] = next_population(
+                self._genomes[run], order, self.n_parents, self.sigma, self._generator(run)
+            )
+
+    @property
+    def best(self) -> Tensor:
+        """The fittest genome of the last told population: (G,), or (runs, G) with runs > 1.
+
+        Raises:
+            ValueError: no fitness has been told.
+        """
+        return self._told(self._best)
+
+    @property
+    def best_fitness(self) -> Tensor:
+        """The fitness of `best`, float64: (), or (runs,) with runs > 1.
+
+        Raises:
+            ValueError: no fitness has been told.
+        """
+        return self._told(self._best_fitness)
+
+    def state_dict(self) -> dict[str, Any]:
+        """All that is needed to go on, as tensors and plain numbers.
+
+        Taken between `ask` and `tell`, it leads to the same genomes being asked for again.
+        """
+        return {
+            **self._configuration(),
+            "generation": self.generation,
+            "genomes": self._genomes.clone(),
+            "best": self._best.clone(),
+            "best_fitness": self._best_fitness.clone(),
+        }
+
+    def load_state_dict(self, state: Mapping[str, Any]) -> None:
+        """Go on from a `state_dict()`; the next call is `ask()`.
+
+        Raises:
+            ValueError: it is of a strategy with other arguments.
+        """
+        for name, ours in self._configuration().items():
+            if state.get(name) != ours:
+                raise ValueError(
+                    f"state: expected {name} = {ours!r}, that of this strategy, "
+                    f"got {state.get(name)!r}"
+                )
+        tensors = {"genomes": self._genomes, "best": self._best}
+        for name, own in tensors.items():
+            given = state[name]
+            if (given.dtype, given.shape) != (own.dtype, own.shape):
+                raise ValueError(
+                    f"state: expected {name} of {own.dtype} and shape {tuple(own.shape)}, "
+                    f"got {given.dtype} and {tuple(given.shape)}"
+                )
+        self.generation = state["generation"]
+        self._genomes = state["genomes"].clone()
+        self._best = state["best"].clone()
+        self._best_fitness = state["best_fitness"].clone()
+        self._asked = False
+
+    def _configuration(self) -> dict[str, int | float]:
+        names = ("n_genes", "population", "sigma", "n_parents", "runs", "seed")
+        return {name: getattr(self, name) for name in names}
+
+    def _told(self, value: Tensor) -> Tensor:
+        if self.generation == 0:
+            raise ValueError("best: expected a tell(fitness) first, got none yet")
+        return self._per_run(value).clone()
+
+    def _per_run(self, value: Tensor) -> Tensor:
+        return value if self.runs > 1 else value[0]
+
+    def _generator(self, run: int) -> torch.Generator:
+        """Source of the random numbers of one run in the present generation."""
+        key = f"hebbtorch.EvolutionStrategy {self.seed + run} {self.generation}"
+        digest = hashlib.blake2b(key.encode(), digest_size=4).digest()  # torch uses 32 bits
+        return torch.Generator().manual_seed(int.from_bytes(digest, "little"))

@@ -1,0 +1,1 @@
+"""Pure functions on plain tensors: learning rules, bounds on weights, activations."""

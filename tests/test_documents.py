@@ -1,0 +1,35 @@
+"""Every Python block of the README and of the documentation runs."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+BLOCK = re.compile(r"^```python\n(.*?)^```", re.DOTALL | re.MULTILINE)
+WITH_CODE = [page for page in PAGES if BLOCK.search(page.read_text(encoding="utf-8"))]
+HISTORY = "run,generation,best,median,mean,q75,evaluations,seconds\n0,1,0.5,0.1,0.2,0.3,4,1.0\n"
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.mark.parametrize("page", WITH_CODE, ids=lambda page: str(page.relative_to(ROOT)))
+def test_the_blocks_of_a_page_run_one_after_the_other(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = tmp_path / "runs" / "first"  # as `make run` leaves it, for pages that read it
+    run.mkdir(parents=True)
+    (run / "history.csv").write_text(HISTORY)
+    monkeypatch.chdir(tmp_path)
+    text = page.read_text(encoding="utf-8")
+    names: dict[str, object] = {"__name__": "__main__"}
+    for block in BLOCK.finditer(text):
+        line = text.count("\n", 0, block.start(1))
+        code = "\n" * line + block[1]  # so that errors name the line of the page
+        exec(compile(code, str(page), "exec"), names)
+
+
+def test_pages_with_code_are_found() -> None:
+    assert ROOT / "README.md" in WITH_CODE
+    assert len(WITH_CODE) >= 5
