@@ -38,7 +38,7 @@ class EvolveConfig:
 
     controller: Literal["hebbian", "mlp", "rnn"] = option("hebbian", "axis")
     """Plastic network whose rules evolve, or static network whose weights evolve: feed-forward, or
-    recurrent with at most as many genes ("rnn", Elman's)."""
+    recurrent with at most as many genes as the plastic one has ("rnn", Elman's)."""
 
     sharing: str = option(
         "full",

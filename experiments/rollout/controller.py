@@ -75,9 +75,9 @@ def _plastic(
 
 
 def _recurrent_sizes(sizes: list[int], bias: bool) -> list[int]:
-    """Neurons of a recurrent network with no more genes than a feed-forward one has."""
-    n_in, _, n_out = sizes
-    n_genes = hebbtorch.StaticMLP(sizes, bias=bias, population=()).n_genes
+    """Neurons of a recurrent network with no more genes than the plastic one with full sharing."""
+    n_in, hidden, n_out = sizes
+    n_genes = 4 * (n_in * hidden + hidden * n_out)  # A, B, C and D of every synapse
     hidden = hebbtorch.StaticRNN.largest_hidden(n_in, n_out, n_genes, bias=bias)
     return [n_in, hidden, n_out]
 

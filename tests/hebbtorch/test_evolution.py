@@ -2,6 +2,7 @@ import io
 import math
 from itertools import pairwise
 
+import numpy as np
 import pytest
 import torch
 from hypothesis import given, settings
@@ -285,3 +286,76 @@ def test_evolves_a_network_by_the_documented_calls():
         y, _ = net(torch.ones(40, 2), net.initial_state())
         strategy.tell(y.squeeze(-1).detach())  # maximal at large weights
     assert strategy.best_fitness > 0.99
+
+
+def test_a_warm_start_begins_at_a_known_genome():
+    known = torch.full((5,), 3.0)
+    es = hebbtorch.EvolutionStrategy(5, population=200, sigma=0.1, seed=2, initial=known)
+    first = es.ask()
+    assert torch.equal(first[0], known)
+    assert (first[1:] - known).std().item() == pytest.approx(0.1, rel=0.1)
+    population = torch.rand(6, 5)
+    whole = hebbtorch.EvolutionStrategy(5, population=6, initial=population)
+    assert torch.equal(whole.ask(), population)
+    runs = hebbtorch.EvolutionStrategy(5, population=6, runs=2, seed=2, initial=known)
+    alone = hebbtorch.EvolutionStrategy(5, population=6, seed=3, initial=known)
+    assert torch.equal(runs.ask()[1], alone.ask())
+    with pytest.raises(ValueError, match=r"initial: expected finite genomes of 5 genes"):
+        hebbtorch.EvolutionStrategy(5, initial=torch.zeros(4))
+    with pytest.raises(ValueError, match=r"initial: expected shape \(5,\), \(40, 5\)"):
+        hebbtorch.EvolutionStrategy(5, initial=torch.zeros(3, 5))
+
+
+def test_a_schedule_of_sigma_and_the_best_ever_survive_a_resume():
+    def schedule(generation):
+        return 0.5 * 0.5**generation
+
+    es = hebbtorch.EvolutionStrategy(400, population=40, sigma=schedule, seed=1)
+    values = [3.0, 9.0, 1.0]
+    for generation, top in enumerate(values):
+        genomes = es.ask()
+        if generation:
+            spread = (genomes[1:] - genomes[1:].mean(0)).std().item()
+            assert spread == pytest.approx(schedule(generation), rel=0.05)
+        if top == 9.0:
+            best = genomes[7].clone()
+        fitness = torch.zeros(40)
+        fitness[7] = top
+        es.tell(fitness)
+    assert (es.best_fitness, es.best_ever_fitness) == (1.0, 9.0)
+    assert torch.equal(es.best_ever, best)
+    resumed = hebbtorch.EvolutionStrategy(400, population=40, sigma=schedule, seed=1)
+    resumed.load_state_dict(es.state_dict())
+    assert torch.equal(resumed.best_ever, best)
+    es.ask()
+    es.tell(torch.full((40,), math.nan))
+    assert es.best_ever_fitness == 9.0
+    resumed.ask()
+    resumed.tell(torch.full((40,), math.nan))
+    assert torch.equal(es.ask(), resumed.ask())
+    old = {k: v for k, v in es.state_dict().items() if not k.startswith("best_ever")}
+    resumed.load_state_dict(old)
+    assert resumed.best_ever_fitness.isnan()
+
+
+def test_global_defaults_of_torch_change_nothing():
+    plain = evolve(hebbtorch.EvolutionStrategy(5, 8, seed=1), 3).ask()
+    try:
+        torch.set_default_dtype(torch.float64)
+        torch.set_default_device("meta")
+        es = hebbtorch.EvolutionStrategy(5, 8, seed=1)
+        for _ in range(3):
+            es.tell(-es.ask().square().sum(-1))
+        genomes = es.ask()
+        es.tell([0.0] * 8)
+    finally:
+        torch.set_default_dtype(torch.float32)
+        torch.set_default_device("cpu")
+    assert torch.equal(genomes, plain)
+
+
+def test_numpy_integers_are_integers():
+    es = hebbtorch.EvolutionStrategy(np.int64(3), np.int32(8), runs=np.int8(1), seed=np.int64(4))
+    assert torch.equal(es.ask(), hebbtorch.EvolutionStrategy(3, 8, seed=4).ask())
+    with pytest.raises(ValueError, match="population: expected an integer"):
+        hebbtorch.EvolutionStrategy(3, True)

@@ -182,20 +182,23 @@ def initial_poses(
         return poses
     half = material.VOXEL_SIDE / 2
     poses[..., 0] += START_X + half
-    heights = {
-        id(t): _start_height(t, cells[:, 0] + START_X + half, cells[:, 1] - half, poses[0])
-        for t in {id(t): t for t in terrains}.values()
-    }
-    poses[..., 1] += np.array([heights[id(t)] for t in terrains])[:, None, None]
+    bottoms, centers = cells[:, 1] - half, cells[:, 0] + START_X + half
+    unlike = {id(terrain): terrain for terrain in terrains}
+    grounds = {key: terrain.height(centers) for key, terrain in unlike.items()}
+    gaps = bottoms - np.stack([grounds[id(terrain)] for terrain in terrains])
+    lifts = START_HEIGHT - gaps.min(1)
+    left, lowest = _columns(poses[0])
+    right = left + material.SQUARE_SIDE
+    peaks = {key: terrain.highest(left, right) for key, terrain in unlike.items()}
+    gaps = lowest - np.stack([peaks[id(terrain)] for terrain in terrains])
+    free = lifts + gaps.min(1) >= 0
+    poses[..., 1] += np.where(free, lifts, START_HEIGHT - gaps.min(1))[:, None, None]
     return poses
 
 
-def _start_height(
-    terrain: Terrain, centers: np.ndarray, bottoms: np.ndarray, poses: np.ndarray
-) -> float:
-    """How far a robot must be lifted to be where it starts [m]; see `initial_poses`."""
-    height = START_HEIGHT - float(np.min(bottoms - terrain.height(centers)))
-    x, y = poses[..., 0].ravel(), poses[..., 1].ravel()
-    half = material.SQUARE_HALF
-    gap = float(np.min(y - half - terrain.highest(x - half, x + half)))
-    return height if height + gap >= 0 else START_HEIGHT - gap
+def _columns(poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Left edges of the columns of squares that stand upright, and the lowest edge in each [m]."""
+    left, column = np.unique(poses[..., 0].ravel() - material.SQUARE_HALF, return_inverse=True)
+    lowest = np.full(len(left), np.inf)
+    np.minimum.at(lowest, column, poses[..., 1].ravel() - material.SQUARE_HALF)
+    return left, lowest
