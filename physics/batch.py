@@ -146,10 +146,8 @@ class Batch:
         bodies[..., :_POSE_ITEMS] = self._first_poses(chosen).to(states)
         seeds = self._episode_seeds(chosen)
         numbers = np.stack([self._lifetimes[chosen], seeds & 0xFFFF, seeds >> 16], 1)
-        header = states[:, layout.header : layout.header + lay.HEADER_ITEMS]
-        header[:, [lay.H_LIFE, lay.H_SEED_LOW, lay.H_SEED_HIGH]] = torch.from_numpy(numbers).to(
-            states
-        )
+        own = slice(layout.header + lay.H_LIFE, layout.header + lay.H_SEED_HIGH + 1)
+        states[:, own] = torch.from_numpy(numbers).to(states)
         if self._damage is not None:
             times = self._damage_times(self._damage, chosen, seeds)
             voxels[:, :, lay.BREAKS : lay.MENDS + 1] = times.to(states)

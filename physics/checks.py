@@ -95,6 +95,13 @@ def tensor(name: str, value: Any, **sizes: int | None) -> Tensor:
     return value
 
 
+def finite_numbers(name: str, values: Tensor) -> None:
+    """Raises unless all numbers of a tensor are finite. Their sum is looked at first, which is
+    not finite if one of them is not, and is cheap."""
+    if not math.isfinite(values.sum().item()) and not bool(torch.isfinite(values).all()):
+        raise ValueError(f"{name}: expected finite numbers, got NaN or infinity")
+
+
 def device(spec: str | torch.device) -> torch.device:
     """The torch device, if the simulator runs there."""
     try:

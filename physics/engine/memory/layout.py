@@ -90,7 +90,7 @@ MENDS = BREAKS + 1  # step from which it works again
 VOXEL_ITEMS = MENDS + 1
 
 # The header of a group.
-H_STEP, H_LIFE, H_FAILED, H_ALIVE, H_LIVE, H_SEED_LOW, H_SEED_HIGH = range(7)
+H_STEP, H_FAILED, H_ALIVE, H_LIVE, H_LIFE, H_SEED_LOW, H_SEED_HIGH = range(7)
 H_WINDOW_LOW, H_WINDOW_HIGH, H_WINDOW_BASE, H_WINDOW_TOP = range(7, 11)
 H_PLACE, H_LENGTH = range(11, 13)  # of the sensor window that is averaged just now
 HEADER_ITEMS = 13
