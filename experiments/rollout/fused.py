@@ -76,7 +76,7 @@ def _think(S: ti.template(), brain: ti.template(), m: ti.template(), T: ti.templ
         pre = post
         n_in = n_out
     for v in range(m.voxels):
-        actuation.command(S, m, v, brain[pre + v], T)
+        actuation.receive(S, m, v, brain[pre + v], T)
 
 
 @ti.func
