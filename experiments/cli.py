@@ -59,18 +59,18 @@ def evolve(
         out: New folder for the run; by default, a free name in runs/.
         resume: Folder of a run to go on with, exactly; its options are those it has.
     """
-    from experiments.evolution import evolve as evolution
+    from experiments.evolution import launch
 
     _one_thread()
     if resume is None:
-        evolution.evolve(config, out or _free_folder(config))
+        launch.evolve(config, out or _free_folder(config))
         return
     if out is not None or config != EvolveConfig():
         raise ValueError(
             "resume: expected no other option, since a run goes on with those it has; "
             f"got some: use --resume {resume} alone, or start anew with --out"
         )
-    evolution.resume(resume)
+    launch.resume(resume)
 
 
 @_command

@@ -12,7 +12,8 @@ from experiments.campaign.grid import Scale
 from experiments.campaign.options import CampaignOptions
 from experiments.campaign.study import read_study
 from experiments.config import EvolveConfig
-from experiments.evolution.evolve import Session, resume
+from experiments.evolution.evolve import Session
+from experiments.evolution.launch import resume
 from experiments.report.figures.conditions import gather
 from experiments.runs.champions import Champions
 from tests.experiments.commands import hebbtorch
