@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from experiments.report import claims, intervals
+from experiments.report.conditions import find_runs, gather
 from experiments.report.figures import FIGURES
-from experiments.report.figures.conditions import find_runs, gather
 from experiments.studies.registry import STUDIES
 
 __all__ = ["draw_all"]

@@ -12,7 +12,7 @@ from experiments.report.claims import verdicts
 from experiments.report.claims.finding import Finding, Verdict
 from experiments.report.claims.measures import Results
 from experiments.report.claims.paper import CLAIMS, Claim
-from experiments.report.figures.conditions import Condition, gather
+from experiments.report.conditions import Condition, gather
 
 __all__ = ["judge", "report"]
 

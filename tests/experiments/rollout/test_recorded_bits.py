@@ -18,7 +18,7 @@ import hebbtorch
 from experiments.rollout.control_loop import Loop, control_loop
 from physics import Damage, Engine, Simulator, Terrain
 
-RECORDED = json.loads((Path(__file__).parents[1] / "recorded" / "trajectories.json").read_text())
+RECORDED = json.loads((Path(__file__).parents[2] / "recorded" / "trajectories.json").read_text())
 SHAPES = ("worm-7x1", "biped-4x3", "comb-7x2", "tripod-5x3", "ball-4", "T-3x3")
 ENGINES: dict[str, dict[str, Any]] = {
     "plain": {"self_collision": False},

@@ -8,7 +8,7 @@ import torch
 import hebbtorch
 from experiments.analysis.freezing import act, learn
 from experiments.config import EvolveConfig
-from experiments.report.figures.conditions import label
+from experiments.report.conditions import label
 from experiments.rollout import controller
 from experiments.rollout.evaluate import Evaluator
 from experiments.rollout.scenarios import Scenarios

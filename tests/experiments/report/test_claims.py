@@ -10,7 +10,7 @@ import pytest
 from experiments.config import EvolveConfig
 from experiments.report.claims import CLAIMS, judge, measures, report, verdicts
 from experiments.report.claims.verdicts import Finding
-from experiments.report.figures.conditions import Condition, find_runs, gather
+from experiments.report.conditions import Condition, find_runs, gather
 from tests.experiments.finished_runs import (
     write_evaluation,
     write_freezing,

@@ -14,11 +14,11 @@ from experiments.campaign.study import read_study
 from experiments.config import EvolveConfig
 from experiments.evolution.evolve import Session
 from experiments.evolution.launch import resume
-from experiments.report.figures.conditions import gather
+from experiments.report.conditions import gather
 from experiments.runs.champions import Champions
 from tests.experiments.commands import hebbtorch
 
-RECORDED = Path(__file__).parents[1] / "recorded" / "runs"
+RECORDED = Path(__file__).parents[2] / "recorded" / "runs"
 CONFIG = EvolveConfig(
     shape="worm-2x1", duration=0.5, population=4, generations=4, runs=2, threads=1, seed=5,
     init="uniform", damage="half",
