@@ -1,1 +1,1 @@
-"""What a run leaves on disk: options, checkpoint, course, champions, TensorBoard files."""
+"""What a run leaves on disk."""
