@@ -1,4 +1,4 @@
-"""Pages of the site that are made from files elsewhere in the repository, when the site is built."""
+"""Pages of the site that are made, when it is built, from files elsewhere in the repository."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ PAGES = {
     "CHANGELOG.md": "changelog.md",
 }
 COMMANDS_PAGE = "reference/commands.md"
+_RUN = "import hebbtorch_command; hebbtorch_command.main()"
 _PICTURES = (".png", ".gif", ".svg")
 _LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s#]*)(#[^)\s]*)?\)")
 
@@ -79,8 +80,7 @@ def _commands() -> str:
 
 def _help(*command: str) -> str:
     done = subprocess.run(
-        [sys.executable, "-c", "import hebbtorch_command; hebbtorch_command.main()", *command]
-        + ["--help"],
+        [sys.executable, "-c", _RUN, *command, "--help"],
         env={**os.environ, "COLUMNS": "88", "NO_COLOR": "1"},
         cwd=ROOT,
         capture_output=True,

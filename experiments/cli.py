@@ -41,6 +41,7 @@ def _command(function: Callable[..., None]) -> Callable[..., None]:
 
 _Folder = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
 _Roots = Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="ROOT [ROOT ...]")]
+_Root = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="ROOT")]
 _Studies = Annotated[
     tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="[STUDY [STUDY ...]]")
 ]
@@ -241,11 +242,42 @@ def campaign(
 
 
 @_command
+def pack(root: _Root, out: Path, seed: int = 0) -> None:
+    """Put a campaign into few files: champions, tables, checksums, figures and report.
+
+    Args:
+        root: Folder of a campaign, or any folder with finished runs below it.
+        out: New folder for the files, or one that was packed before.
+        seed: Decides the resampling behind the bootstrap intervals.
+    """
+    from experiments.report.bundle import pack as pack_runs
+    from experiments.report.gallery import draw_all
+
+    for path in pack_runs(root, out):
+        print(f"wrote {path}")
+    draw_all((out,), None, seed, print_quality=False)
+
+
+@_command
+def unpack(bundle: _Root, out: Path) -> None:
+    """Restore the folders of the runs of a packed campaign, to render, evaluate or freeze them.
+
+    Args:
+        bundle: Folder that `pack` wrote.
+        out: New folder for the runs.
+    """
+    from experiments.report.bundle import unpack as unpack_runs
+
+    unpack_runs(bundle, out)
+    print(f"wrote {out}")
+
+
+@_command
 def figures(roots: _Roots, seed: int = 0, out: Path | None = None) -> None:
     """Draw the paper's figures from finished runs, with their statistics and a report.
 
     Args:
-        roots: Folder of a campaign, or any folders with finished runs below them.
+        roots: Folder of a campaign, packed or not, or any folders with finished runs below them.
         seed: Decides the resampling behind the bootstrap intervals.
         out: Folder for the files; by default `figures` in the first folder.
     """

@@ -168,20 +168,24 @@ class Batch:
         """Where the robots of k worlds stand: x, y, angle, cosine, sine, (k or 1, V, 4, 5)."""
         terrains = [None] if self.terrains is None else [self.terrains[i] for i in chosen]
         numbers = {terrain: k for k, terrain in enumerate(dict.fromkeys(terrains))}
-        table = torch.stack([self._poses_on(terrain) for terrain in numbers])
+        table = self._poses_on(list(numbers))
         if len(numbers) == 1:
             return table
         return table[torch.from_numpy(np.array([numbers[terrain] for terrain in terrains]))]
 
-    def _poses_on(self, terrain: Terrain | None) -> Tensor:
-        if terrain not in self._poses:
+    def _poses_on(self, terrains: Sequence[Terrain | None]) -> Tensor:
+        """The same for robots on k different terrains, (k, V, 4, 5)."""
+        new = [terrain for terrain in terrains if terrain not in self._poses]
+        if new:
             if len(self._poses) > 2 * len(self.seeds) + 64:  # of terrains that are gone
                 self._poses.clear()
-            ground = None if terrain is None else [terrain]
-            poses = torch.from_numpy(st.initial_poses(self._morphology, ground, 1))[0]
-            angle = poses[..., 2:]
-            self._poses[terrain] = torch.cat([poses, angle.cos(), angle.sin()], -1)
-        return self._poses[terrain]
+                new = list(terrains)
+            grounds = [terrain for terrain in new if terrain is not None]
+            poses = torch.from_numpy(st.initial_poses(self._morphology, grounds or None, len(new)))
+            angles = poses[..., 2:]
+            poses = torch.cat([poses, angles.cos(), angles.sin()], -1)
+            self._poses.update(zip(new, poses, strict=True))
+        return torch.stack([self._poses[terrain] for terrain in terrains])
 
     def _episode_seeds(self, chosen: np.ndarray) -> np.ndarray:
         """Seeds of noise and damage in the next episode of k worlds, (k,) int64 in [0, 2^32)."""

@@ -244,10 +244,13 @@ def pack_terrains(
 
 def padded(terrain: Terrain, points: int) -> np.ndarray:
     """The profile, with points of no height (NaN) at its end that nothing meets."""
-    extra = points - len(terrain.xs)
-    xs = np.concatenate([terrain.xs, terrain.xs[-1] + _PAD_STEP * np.arange(1, extra + 1)])
-    ys = np.concatenate([terrain.ys, np.full(extra, np.nan)])
-    return np.stack([xs, ys], axis=1)
+    own = len(terrain.xs)
+    profile = np.empty((points, 2))
+    profile[:own, 0], profile[:own, 1] = terrain.xs, terrain.ys
+    if own < points:
+        profile[own:, 0] = terrain.xs[-1] + _PAD_STEP * np.arange(1, points - own + 1)
+        profile[own:, 1] = np.nan
+    return profile
 
 
 def segments_within(xs: np.ndarray, extent: float) -> int:

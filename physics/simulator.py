@@ -125,6 +125,7 @@ class Simulator(Launcher):
             torch.empty(0, dtype=dtype, device=self.device),
         )
         self._allocate()
+        self._at_start = False
         self.reset()
 
     @property
@@ -132,6 +133,11 @@ class Simulator(Launcher):
         """The terrain of each world, or None without ground."""
         terrains = self._batch.terrains
         return None if terrains is None else list(terrains)
+
+    @property
+    def at_start(self) -> bool:
+        """Whether every world is as `reset` left it, so that another reset would change nothing."""
+        return self._at_start
 
     # --- episodes -------------------------------------------------------------------------------
 
@@ -180,6 +186,7 @@ class Simulator(Launcher):
         if grounds is not None and self._batch.set_terrains(chosen, grounds):
             self._widen()
         self._begin(chosen)
+        self._at_start = self._at_start or len(chosen) == self.n_worlds
         return self._look(chosen)
 
     def step(self, actuation: Tensor) -> Tensor | None:
@@ -219,6 +226,7 @@ class Simulator(Launcher):
         steps = len(actions) * self.control_interval
         self._reserve(steps)
         readings = self._readings()
+        self._at_start = False
         self._play(actions, readings, 0, steps)
         self._steps += steps
         return self._given(readings)
@@ -255,6 +263,7 @@ class Simulator(Launcher):
             )
         engine_steps = steps * self.control_interval
         self._reserve(engine_steps)
+        self._at_start = False
         for part in self._grouping.parts_for(engine_steps):
             tensors = *self.kernel_tensors(part.program), part.program.packed(brain)
             kernel(part.program)(*tensors, steps, part.first, part.count, part.chunks)
@@ -280,6 +289,7 @@ class Simulator(Launcher):
         checks.tensor("poses", poses, **self._squares())
         rates = torch.zeros_like(poses) if velocities is None else velocities
         checks.tensor("velocities", rates, **self._squares())
+        self._at_start = False
         st.set_poses(self._state, poses)
         scale = torch.tensor([1.0, 1.0, lay.GYRATION], dtype=torch.float64, device="cpu")
         lanes = self._state.lanes_of(rates.double().cpu() * scale)

@@ -8,7 +8,7 @@ from functools import partial
 from importlib.util import find_spec
 
 from experiments import terminal
-from experiments.campaign import plan
+from experiments.campaign import against, plan
 from experiments.campaign.grid import Condition, Scale
 from experiments.campaign.options import CampaignOptions
 from experiments.campaign.root import CampaignRoot
@@ -26,7 +26,7 @@ def campaign(studies: Sequence[Study], options: CampaignOptions) -> int:
         options: where, how much and on what.
 
     Returns:
-        The exit code: 1 if anything failed.
+        The exit code: 1 if anything failed, or if speeds moved against another campaign.
 
     Raises:
         ValueError: something is wrong with the studies, the options or the folder; nothing was
@@ -38,6 +38,7 @@ def campaign(studies: Sequence[Study], options: CampaignOptions) -> int:
     run_conditions = _way(options)
     scale = options.chosen_scale()
     members = {study: _conditions(study, scale, options) for study in studies}
+    before = None if options.against is None else against.read(options.against, scale)
     root = CampaignRoot(options.out)
     standings = root.check(scale, members)
     if options.dry_run:
@@ -56,7 +57,13 @@ def campaign(studies: Sequence[Study], options: CampaignOptions) -> int:
             raise
     terminal.say(f"curves of all conditions: tensorboard --logdir {root.overviews}")
     terminal.say(f"one page to read or send: hebbtorch report {root.path}")
-    return _conclude(work.failures)
+    code = _conclude(work.failures)
+    if options.against is not None and before is not None:
+        folders = {name: root.condition(name) for name in work.finished}
+        differences = against.compare(list(work.conditions.values()), folders, before)
+        against.show(differences, options.against)
+        code = max(code, int(any(each.moved for each in differences)))
+    return code
 
 
 def _conditions(study: Study, scale: Scale, options: CampaignOptions) -> list[Condition]:

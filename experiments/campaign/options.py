@@ -33,6 +33,10 @@ class CampaignOptions:
     dry_run: bool = False
     """Only tell what would be done, and what it would take; write nothing."""
 
+    against: Path | None = None
+    """Folder of another campaign, packed or not: tell whether the speeds of the same conditions
+    moved; exit code 1 if any did."""
+
     device: str = "cpu"
     """Where to compute: cpu, or cuda where PyTorch finds a GPU."""
 

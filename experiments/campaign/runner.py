@@ -54,6 +54,11 @@ class Campaign:
             if not self._standings[name].finished
         ]
 
+    @property
+    def finished(self) -> Sequence[str]:
+        """Names of the conditions that are finished, in order."""
+        return [name for name, standing in self._standings.items() if standing.finished]
+
     def run_here(self) -> None:
         """Run the conditions one after another, and report on each study that is complete."""
         self.report_complete()

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from experiments.report import claims, intervals
+from experiments.report.bundle import unpacked
 from experiments.report.figures import FIGURES
 from experiments.report.figures.conditions import find_runs, gather
 from experiments.studies.registry import STUDIES
@@ -13,13 +14,16 @@ from experiments.studies.registry import STUDIES
 __all__ = ["draw_all"]
 
 
-def draw_all(roots: Sequence[Path], out: Path | None, seed: int) -> None:
+def draw_all(
+    roots: Sequence[Path], out: Path | None, seed: int, *, print_quality: bool = True
+) -> None:
     """Draw every figure, write its table and the report, and tell which files were written.
 
     Args:
-        roots: folders with finished runs at or below them.
+        roots: folders with finished runs at or below them, or packed campaigns.
         out: folder for the files, created if need be; by default `figures` in the first root.
         seed: of the bootstrap intervals.
+        print_quality: whether to keep the figures in PDF, too.
 
     Raises:
         ValueError: there is no finished run, one cannot be read, or they are of different scales;
@@ -29,23 +33,31 @@ def draw_all(roots: Sequence[Path], out: Path | None, seed: int) -> None:
         raise ValueError("root: expected a folder with finished runs, got none; name it")
     if missing := [root for root in roots if not root.is_dir()]:
         raise ValueError(f"root: expected an existing folder, got {str(missing[0])!r}")
-    found = find_runs(roots)
-    if not found:
-        raise ValueError(
-            f"root: expected finished runs at or below {', '.join(map(repr, map(str, roots)))}, "
-            f"found none; `hebbtorch campaign paper --out {roots[0]}` makes them"
-        )
-    gather(found)  # so that what is wrong with them is told before anything is written
-    out = out or roots[0] / "figures"
-    out.mkdir(parents=True, exist_ok=True)
+    with unpacked(roots) as folders:
+        found = find_runs(folders)
+        if not found:
+            raise ValueError(
+                f"root: expected finished runs at or below {', '.join(map(repr, map(str, roots)))},"
+                f" found none; `hebbtorch campaign paper --out {roots[0]}` makes them"
+            )
+        gather(found)  # so that what is wrong with them is told before anything is written
+        out = out or roots[0] / "figures"
+        out.mkdir(parents=True, exist_ok=True)
+        with intervals.resampling_with(seed):
+            _draw(found, out, print_quality)
+
+
+def _draw(found: Sequence[Path], out: Path, print_quality: bool) -> None:
     undrawn = []
-    with intervals.resampling_with(seed):
-        for name, figure in FIGURES.items():
-            files = figure(found, out)
-            for path in files:
+    for name, figure in FIGURES.items():
+        files = figure(found, out)
+        for path in files:
+            if path.suffix == ".pdf" and not print_quality:
+                path.unlink()
+            else:
                 print(f"wrote {path}")
-            if not files:
-                undrawn.append(name)
+        if not files:
+            undrawn.append(name)
     print(f"wrote {claims.report(found, out)}")
     for name in undrawn:
         print(

@@ -82,7 +82,8 @@ class Episode:
         self.loop = control_loop(
             sim, network, network.initial_state() if state is None else state, loop
         )
-        sim.reset()
+        if not sim.at_start:
+            sim.reset()
         self._first: tuple[Tensor, float] | None = None
 
     @torch.no_grad()

@@ -181,7 +181,7 @@ def _flat_with_start(seed: int) -> Profile:
 
 def _walk(h: float, w: float, seed: int, until: float) -> Profile:
     """The random walk of "hilly" from (10, 0) to its first point at or beyond ``until``."""
-    attempts = 64 + int(1.4 * (until - _START) / max(w, 1.0))  # mostly enough; never too few
+    attempts = 32 + int(1.4 * (until - _START) / max(w, 1.0))  # mostly enough; never too few
     while True:
         across, up = java_gaussian_pairs(seed, attempts)
         xs = np.cumsum(np.concatenate(([_START], np.maximum(1.0, (across * 0.25 + 1.0) * w))))

@@ -46,8 +46,15 @@ def test_an_episode_is_counted_once_it_has_moved():
     start = sim.reset()
     assert torch.equal(sim.reset(), start)
     assert torch.equal(start, batch(WORLDS).reset())
+    assert sim.at_start
     sim.step(actuations(WORLDS)[0])
+    assert not sim.at_start
     assert not torch.equal(sim.reset(), start)
+    assert sim.at_start
+    sim.set_poses(sim.mass_poses() + 1.0)
+    assert not sim.at_start
+    sim.reset(torch.arange(sim.n_worlds) > 0)
+    assert not sim.at_start  # the first world still stands elsewhere
 
 
 def test_seeds_begin_their_first_episode():

@@ -181,10 +181,8 @@ def initial_poses(
         return poses
     half = material.VOXEL_SIDE / 2
     poses[..., 0] += START_X + half
-    bottoms = cells[:, 1] - half
-    heights = {
-        id(t): START_HEIGHT - float(np.min(bottoms - t.height(cells[:, 0] + START_X + half)))
-        for t in terrains
-    }
-    poses[..., 1] += np.array([heights[id(t)] for t in terrains])[:, None, None]
+    bottoms, centers = cells[:, 1] - half, cells[:, 0] + START_X + half
+    grounds = {id(terrain): terrain.height(centers) for terrain in terrains}
+    gaps = bottoms - np.stack([grounds[id(terrain)] for terrain in terrains])
+    poses[..., 1] += (START_HEIGHT - gaps.min(1))[:, None, None]
     return poses
