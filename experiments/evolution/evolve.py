@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
 from torch import Tensor
@@ -101,24 +102,30 @@ class Session:
         return cls(evolution, RunStore.create(folder, config, start), start, archive, overview)
 
     @classmethod
-    def resume(cls, folder: Path, *, overview: Path | None = None) -> Session:
+    def resume(
+        cls, folder: Path, generations: int | None = None, *, overview: Path | None = None
+    ) -> Session:
         """Take up an evolution where it stood.
 
         Args:
             folder: of the run.
+            generations: as in `resume` of this module.
             overview: as in `create`.
 
         Raises:
             ValueError: the folder cannot be used; nothing was changed then.
         """
-        store, checkpoint = RunStore.resume(folder)
+        store, checkpoint = RunStore.resume(folder, generations)
         with ExitStack() as undo:
             undo.enter_context(store)
             evolution = Evolution(store.config)
             evolution.strategy.load_state_dict(checkpoint.strategy)
-            archive = Archive.load(folder)
+            archive = Archive.load(store.folder)
             if archive is None:
                 archive = Archive.empty(store.config, evolution.evaluator.n_genes)
+            if archive.config != store.config:  # the run was given another length
+                archive = replace(archive, config=store.config)
+                archive.save(store.folder)
             undo.pop_all()
         own = archive.until(checkpoint.generation)
         return cls(evolution, store, checkpoint, own, overview)

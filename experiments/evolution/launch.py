@@ -28,17 +28,19 @@ def evolve(config: EvolveConfig, folder: Path) -> None:
         _run(session)
 
 
-def resume(folder: Path) -> None:
+def resume(folder: Path, generations: int | None = None) -> None:
     """Go on with an evolution exactly as if it had not been stopped.
 
     Args:
         folder: of the run.
+        generations: how many it shall have from now on, as if it had been started with them;
+            None: as many as before.
 
     Raises:
         ValueError: the folder cannot be used; nothing was changed then.
         KeyboardInterrupt: it was stopped again.
     """
-    with Session.resume(folder) as session:
+    with Session.resume(folder, generations) as session:
         _run(session)
 
 
@@ -49,6 +51,12 @@ def _run(session: Session) -> None:
             while not session.evolved:
                 progress.show(*session.step())
         present(session.folder, session.finish())
+    except OSError as error:
+        what = f"{error.strerror or error}, {error.filename or session.folder}"
+        raise OSError(
+            f"cannot write: {what}; make room, then go on with: hebbtorch evolve --resume "
+            f"{session.folder}"
+        ) from error
     except KeyboardInterrupt:
         terminal.say(f"stopped; go on with: hebbtorch evolve --resume {session.folder}")
         raise
