@@ -111,7 +111,7 @@ def test_frozen_weights_keep_the_constant_input() -> None:
     genomes = torch.randn(2, built(CONFIG).n_genes, generator=torch.Generator().manual_seed(1))
     speeds = []
     for constant in (False, True):
-        config = replace(CONFIG, constant_last_input=constant, eta=0.5)
+        config = replace(CONFIG, constant_last_input=constant)
         # Learned under the same option, so that only what frozen networks see differs.
         weights = learn(replace(config, constant_last_input=False), genomes, [0.5], scenarios)
         speeds.append(act(config, weights, scenarios))
