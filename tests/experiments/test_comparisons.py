@@ -14,6 +14,7 @@ from experiments.rollout import Scenarios, seeds, simulator
 from experiments.runs.archive import Archive
 from experiments.runs.champions import Champions
 from physics import Damage, Engine, Terrain
+from physics.scene.clock import steps_in
 from tests.experiments.champions import PLASTIC, STATIC, random_champions, run_folder
 from tests.experiments.finished_runs import read_csv
 
@@ -100,7 +101,11 @@ def test_long_episodes_go_on_where_ordinary_ones_end() -> None:
     scenarios = Scenarios.unseen(PLASTIC.terrain, [1], 0)
     speeds = endurance.speeds_by_window(PLASTIC, genomes, scenarios, 2 * PLASTIC.duration)
     assert speeds.shape == (2, 1, 20)
-    steps = torch.tensor([5] + 9 * [6])  # of 1/60 s in a window; the first begins a step later
+    ends = [
+        1,
+        *(steps_in((window + 1) * 2.0 / 20) for window in range(10)),
+    ]  # the first step is no part
+    steps = torch.tensor(ends).diff()
     half = (steps * speeds[:, :, :10]).sum(-1) / steps.sum()
     ordinary = speeds_on(PLASTIC, genomes, scenarios)
     assert half.flatten().tolist() == pytest.approx(ordinary.flatten().tolist(), abs=1e-5)
