@@ -9,7 +9,7 @@ import hebbtorch
 from experiments.analysis.freezing import act, learn
 from experiments.analysis.unseen import speeds_on
 from experiments.config import EvolveConfig
-from experiments.report.figures.conditions import label
+from experiments.report.conditions import label
 from experiments.rollout import controller
 from experiments.rollout.evaluate import Evaluator
 from experiments.rollout.scenarios import Scenarios
@@ -112,7 +112,7 @@ def test_frozen_weights_keep_the_constant_input() -> None:
     genomes = torch.randn(2, built(CONFIG).n_genes, generator=torch.Generator().manual_seed(1))
     speeds = []
     for constant in (False, True):
-        config = replace(CONFIG, constant_last_input=constant, eta=0.5)
+        config = replace(CONFIG, constant_last_input=constant)
         # Learned under the same option, so that only what frozen networks see differs.
         weights = learn(replace(config, constant_last_input=False), genomes, [0.5], scenarios)
         speeds.append(act(config, weights, scenarios))
