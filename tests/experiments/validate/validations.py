@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from experiments.validate import command
+from experiments.validate import validation
 from experiments.validate.case import Case, Row, Setting, Skip
 from physics import Engine
 
-OWN = command.OWN_COPY
+OWN = validation.OWN_COPY
 
 
 def rows_of(cases: list[Case | Skip], engine: Engine | None = None) -> list[Row]:

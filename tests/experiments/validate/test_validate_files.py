@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from experiments.validate import command
+from experiments.validate import validation
 from experiments.validate.recordings import Recordings, Table
 from tests.experiments.commands import hebbtorch
 
-OWN = command.OWN_COPY
+OWN = validation.OWN_COPY
 
 
 @pytest.fixture
@@ -42,7 +42,7 @@ def change(path: Path, column: str, line: int, text: str | None) -> None:
 def message(folder: Path) -> str:
     """What is wrong with the folder."""
     with pytest.raises(ValueError) as error:
-        command._collect(Recordings(folder))
+        validation._collect(Recordings(folder))
     text = str(error.value)
     assert "\n" not in text
     return text
@@ -201,5 +201,5 @@ def test_a_result_that_cannot_be_written_is_said_at_once(
     else:
         place.write_text("")
     with pytest.raises(ValueError, match=f"^{option}: expected a f"):
-        command.validate(**{option: place})
+        validation.validate(**{option: place})
     assert capsys.readouterr().out == ""

@@ -12,8 +12,8 @@ from experiments.config import EvolveConfig
 from experiments.report.claims import CLAIMS, judge, measures, report, verdicts
 from experiments.report.claims.evidence import EVIDENCE
 from experiments.report.claims.finding import Finding
+from experiments.report.conditions import Condition, find_runs, gather
 from experiments.report.figures import FIGURES
-from experiments.report.figures.conditions import Condition, find_runs, gather
 from experiments.studies.registry import STUDIES
 from tests.experiments.finished_runs import (
     write_evaluation,

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 import torch
 
-from experiments.validate import gaits, generation, motion, steps
+from experiments.validate import gaits, motion, random_genomes, steps
 from experiments.validate.case import Case, Setting
 from experiments.validate.recordings import Recordings
 from physics import Apparatus, Engine, Morphology, Simulator, Terrain
 from physics.scene import clock
-from tests.experiments.validations import rows_of, write
+from tests.experiments.validate.validations import rows_of, write
 
 SHAPE, PROFILE = "T-5x2", {"xs": [0, 10, 500, 900], "ys": [50, 5, 30, 5]}
 
@@ -168,7 +168,7 @@ def test_the_first_generation_is_replayed(
     write(tmp_path / f"{name}.csv", {"terrain": grounds, "velocity": np.array(speeds)})
     (tmp_path / f"{name}_genomes.f64").write_bytes(genomes.astype("<f8").tobytes())
     (tmp_path / f"{name}.json").write_text('{"duration": 0.6}')
-    likeness, mean = rows_of(generation.cases(Recordings(tmp_path)))
+    likeness, mean = rows_of(random_genomes.cases(Recordings(tmp_path)))
     assert mean.reference == pytest.approx(np.mean(speeds))
     assert mean.ours == pytest.approx(mean.reference, abs=1e-6)
     assert likeness.ours > 0.1

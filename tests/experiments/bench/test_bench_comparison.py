@@ -7,7 +7,7 @@ import pytest
 
 from experiments.bench import comparison
 from experiments.bench.comparison import Comparison
-from tests.experiments.benches import MACHINE, TINY
+from tests.experiments.bench.benches import MACHINE, TINY
 from tests.experiments.commands import hebbtorch
 
 ROWS = [

@@ -11,7 +11,6 @@ import pytest
 
 from experiments.validate import (
     batches,
-    command,
     falls,
     flight,
     gaits,
@@ -20,12 +19,13 @@ from experiments.validate import (
     steps,
     terrains,
     validate,
+    validation,
 )
 from experiments.validate.case import Case, Row, Skip, Tolerance
 from experiments.validate.recordings import Recordings
 from physics import Engine
 from tests.experiments.commands import hebbtorch
-from tests.experiments.validations import OWN, own_rows, rows_of
+from tests.experiments.validate.validations import OWN, own_rows, rows_of
 
 SMALL = ("single_voxel_step", "four_voxel_step", "random_gaits_params_worm-7x1")
 SMALL += ("random_gaits_clean_worm-7x1",)
@@ -124,7 +124,7 @@ def test_a_failing_case_is_exit_code_1(tmp_path: Path, capsys: pytest.CaptureFix
 
 
 def test_the_own_copy_holds_every_kind_of_case() -> None:
-    found = command._collect(Recordings(OWN))
+    found = validation._collect(Recordings(OWN))
     assert not [case for case in found if isinstance(case, Skip)]
     kinds = {case.name.split(" ")[0].split("_")[0] for case in found if isinstance(case, Case)}
     assert kinds >= {"terrains", "hebbian", "closedloop", "single", "two", "four", "passive"}

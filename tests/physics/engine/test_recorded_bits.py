@@ -4,8 +4,8 @@ Whatever enters them is exact on every machine: the terrains are tables, the act
 waves of binary fractions, the genomes integers over a power of two. Kernels round as IEEE says.
 Only tanh in float64 is the platform's, so those closed loops are compared after rounding.
 
-``python -m tests.physics.test_recorded_bits`` records anew, after a change of the engine that is
-meant to change its results.
+``python -m tests.physics.engine.test_recorded_bits`` records anew, after a change of the engine
+that is meant to change its results.
 """
 
 from __future__ import annotations

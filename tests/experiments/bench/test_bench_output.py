@@ -6,18 +6,18 @@ from pathlib import Path
 import pytest
 
 from experiments.bench import (
-    command,
-    report,
+    benchmark,
+    display,
 )
 from experiments.bench.row import Row, Stage
 from experiments.bench.setting import Setting
-from tests.experiments.benches import MACHINE, ROWS
+from tests.experiments.bench.benches import MACHINE, ROWS
 from tests.experiments.commands import hebbtorch
 
 
 def test_json_holds_every_figure(tmp_path: Path) -> None:
     file = tmp_path / "bench.json"
-    report.write_json(file, MACHINE, 7, True, ROWS, [Stage("springs", 0.6)])
+    display.write_json(file, MACHINE, 7, True, ROWS, [Stage("springs", 0.6)])
     content = json.loads(file.read_text())
     assert content["machine"] == {
         "cpu": "Abacus",
@@ -51,7 +51,7 @@ def test_json_holds_every_figure(tmp_path: Path) -> None:
 
 
 def test_markdown_holds_every_figure() -> None:
-    text = report.markdown(MACHINE, ROWS, [Stage("springs", 0.6), Stage("noise", 0.2)])
+    text = display.markdown(MACHINE, ROWS, [Stage("springs", 0.6), Stage("noise", 0.2)])
     lines = text.splitlines()
     assert "Abacus, 2 cores" in lines[0]
     assert (
@@ -79,8 +79,8 @@ def test_the_command_measures_shows_and_writes(
     def measure_otherwise(setting: Setting) -> list[Row]:
         return [ROWS[1]]
 
-    monkeypatch.setattr(command, "measurements", lambda: {"one": measure})
-    monkeypatch.setattr(command, "processes", lambda: {"two": measure_otherwise})
+    monkeypatch.setattr(benchmark, "measurements", lambda: {"one": measure})
+    monkeypatch.setattr(benchmark, "processes", lambda: {"two": measure_otherwise})
     file, folder = tmp_path / "new" / "speed.json", tmp_path / "out"
     assert hebbtorch(f"bench {options} --json {file} --out {folder}", monkeypatch) == 0
     (setting,) = set(settings)
@@ -121,8 +121,8 @@ def test_a_mistake_is_exit_code_2_before_anything_is_measured(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("file").touch()
-    monkeypatch.setattr(command, "measurements", dict)
-    monkeypatch.setattr(command, "processes", dict)
+    monkeypatch.setattr(benchmark, "measurements", dict)
+    monkeypatch.setattr(benchmark, "processes", dict)
     assert hebbtorch(f"bench {options}", monkeypatch) == 2
     assert message in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["file"]

@@ -12,12 +12,13 @@ from experiments.campaign.grid import Scale
 from experiments.campaign.options import CampaignOptions
 from experiments.campaign.study import read_study
 from experiments.config import EvolveConfig
-from experiments.evolution.evolve import Session, resume
-from experiments.report.figures.conditions import gather
+from experiments.evolution.evolve import Session
+from experiments.evolution.launch import resume
+from experiments.report.conditions import gather
 from experiments.runs.champions import Champions
 from tests.experiments.commands import hebbtorch
 
-RECORDED = Path(__file__).parents[1] / "recorded" / "runs"
+RECORDED = Path(__file__).parents[2] / "recorded" / "runs"
 CONFIG = EvolveConfig(
     shape="worm-2x1", duration=0.5, population=4, generations=4, runs=2, threads=1, seed=5,
     init="uniform", damage="half",
@@ -40,23 +41,33 @@ def test_options_are_read_as_they_were_meant() -> None:
     assert CONFIG.normalize is None
 
 
-def test_a_stopped_run_goes_on_bit_for_bit(stopped: Path) -> None:
-    """Which is also: the same seed gives the same history as it did."""
+def assert_as_recorded(folder: Path) -> None:
+    """Seeds, terrains, noise, damage and selection are the same; contacts with the ground were
+    changed on purpose since, which moves speeds by less than a thousandth over half a second."""
+    (header, *ours), (expected_header, *expected) = (
+        fitness(each) for each in (folder, RECORDED / "finished")
+    )
+    assert header == expected_header
+    numbers = [[float(value) for value in row] for row in ours]
+    assert numbers == [pytest.approx([float(value) for value in row], abs=1e-3) for row in expected]
+
+
+def test_a_stopped_run_goes_on(stopped: Path) -> None:
     with Session.resume(stopped) as session:
         while not session.evolved:
             session.step()
         champions = session.finish()
-    assert fitness(stopped) == fitness(RECORDED / "finished")
+    assert_as_recorded(stopped)
     before = Champions.load(RECORDED / "finished")
-    assert torch.equal(champions.genomes, before.genomes)
-    assert torch.equal(champions.fitness, before.fitness)
+    assert torch.equal(champions.genomes, before.genomes)  # the same parents, the same mutations
+    torch.testing.assert_close(champions.fitness, before.fitness, rtol=0, atol=1e-3)
 
 
 def test_the_same_seed_gives_the_same_history(tmp_path: Path) -> None:
     with Session.create(CONFIG, tmp_path / "run") as session:
         while not session.evolved:
             session.step()
-    assert fitness(tmp_path / "run") == fitness(RECORDED / "finished")
+    assert_as_recorded(tmp_path / "run")
 
 
 def test_the_command_resumes_it(stopped: Path) -> None:

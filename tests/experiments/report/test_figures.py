@@ -11,8 +11,8 @@ from PIL import Image
 
 from experiments import cli
 from experiments.config import EvolveConfig
+from experiments.report.conditions import find_runs, gather, per_run
 from experiments.report.figures import FIGURES
-from experiments.report.figures.conditions import find_runs, gather, per_run
 from tests.experiments.finished_runs import (
     read_csv,
     write_csv,

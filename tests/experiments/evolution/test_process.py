@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from experiments.config import EvolveConfig
-from experiments.evolution.evolve import evolve
+from experiments.evolution.launch import evolve
 from experiments.runs import folder as folders
 from tests.experiments.commands import hebbtorch
 from tests.experiments.held import COMMAND

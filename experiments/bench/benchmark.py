@@ -12,11 +12,11 @@ from rich.console import Console
 
 from experiments.bench import (
     comparison,
+    display,
     evolution,
-    generation,
+    overhead,
     plasticity,
     rates,
-    report,
     scaling,
     startup,
 )
@@ -78,18 +78,18 @@ def bench(
     rows = _measure(console, setting)
     parts: list[Stage] = []
     if profile:
-        parts = [*step_stages(setting), *generation.generation_stages(setting)]
-    report.show_rows(console, rows)
+        parts = [*step_stages(setting), *overhead.generation_stages(setting)]
+    display.show_rows(console, rows)
     if parts:
-        report.show_stages(console, parts)
+        display.show_stages(console, parts)
     files = [json] if json else []
     if out is not None:
         files.append(out / "bench.json")
-        tables = report.markdown(machine, rows, parts)
+        tables = display.markdown(machine, rows, parts)
         (out / "bench.md").write_text(tables, encoding="utf-8")
         console.print(f"wrote {out / 'bench.md'}")
     for path in files:
-        report.write_json(path, machine, seed, quick, rows, parts)
+        display.write_json(path, machine, seed, quick, rows, parts)
         console.print(f"wrote {path}")
 
 
@@ -132,7 +132,7 @@ def measurements() -> dict[str, Measurement]:
         "batches": scaling.over_worlds,
         "boxes": scaling.over_voxels,
         "memory": scaling.memory,
-        "a generation besides the lives": generation.besides_lives,
+        "a generation besides the lives": overhead.besides_lives,
     }
 
 

@@ -13,11 +13,11 @@ from experiments.validate import (
     falls,
     flight,
     gaits,
-    generation,
     golden,
-    report,
+    random_genomes,
     sensors,
     steps,
+    table,
     terrains,
 )
 from experiments.validate.case import Case, Outcome, Setting, Skip
@@ -83,7 +83,7 @@ def _collect(recordings: Recordings) -> list[Case | Skip]:
         *falls.cases(recordings),
         *sensors.cases(recordings),
         *gaits.cases(recordings),
-        *generation.cases(recordings),
+        *random_genomes.cases(recordings),
     ]
     if not any(isinstance(case, Case) for case in recorded):
         raise ValueError(
@@ -109,11 +109,11 @@ def _conclude(
     ]
     results = [outcome for outcome in outcomes if isinstance(outcome, Outcome)]
     yardsticks = [yardstick for result in results for yardstick in result.yardsticks]
-    report.show_rows(console, rows)
-    report.show_yardsticks(console, yardsticks)
-    verdicts = [report.verdict(row) for row in rows]
+    table.show_rows(console, rows)
+    table.show_yardsticks(console, yardsticks)
+    verdicts = [table.verdict(row) for row in rows]
     if json is not None:
-        report.write_json(json, folder, seed, rows, yardsticks)
+        table.write_json(json, folder, seed, rows, yardsticks)
         console.print(f"wrote {json}")
     if out is not None:
         from experiments.validate import plots

@@ -11,7 +11,8 @@ import torch
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from experiments.config import EvolveConfig
-from experiments.evolution.evolve import Session, evolve, resume
+from experiments.evolution.evolve import Session
+from experiments.evolution.launch import evolve, resume
 from experiments.evolution.progress import ProgressDisplay
 from experiments.runs.champions import Champions
 from experiments.runs.folder import Checkpoint, RunStore

@@ -10,10 +10,10 @@ import pytest
 import torch
 
 from experiments.bench import (
-    command,
+    benchmark,
     evolution,
-    generation,
     gpu,
+    overhead,
     plasticity,
     profile,
     rates,
@@ -26,7 +26,7 @@ from experiments.bench.row import Row, Target
 from experiments.bench.setting import Setting
 from experiments.bench.startup import Start, start_process
 from experiments.bench.workload import GAITS, ClosedLoop, OpenLoop, OwnModule, Workload
-from tests.experiments.benches import ROWS, TINY
+from tests.experiments.bench.benches import ROWS, TINY
 
 # --- figures ------------------------------------------------------------------------------------
 
@@ -206,7 +206,7 @@ def test_every_stage_does_something() -> None:
 
 
 def test_baselines_are_those_of_the_same_task() -> None:
-    found = command.measurements()
+    found = benchmark.measurements()
     rows = [row for measure in found.values() for row in measure(TINY)]
     baselines = {row.what: row.baseline for row in rows if row.baseline is not None}
     assert baselines == {
@@ -233,13 +233,13 @@ def test_own_module_is_held_against_the_open_loop(slow_cpu: None) -> None:
 
 
 def test_profile_names_every_part() -> None:
-    stages = [*profile.step_stages(TINY), *generation.generation_stages(TINY)]
+    stages = [*profile.step_stages(TINY), *overhead.generation_stages(TINY)]
     names = [stage.name for stage in stages]
-    assert names == [*STAGES, "network and rest", *generation.PARTS]
+    assert names == [*STAGES, "network and rest", *overhead.PARTS]
 
 
 def test_a_generation_besides_its_lives() -> None:
-    (row,) = generation.besides_lives(TINY)
+    (row,) = overhead.besides_lives(TINY)
     assert len(row.samples) == 2
     assert row.best > 0
 

@@ -16,7 +16,7 @@ from experiments.evolution.observation import Observer, is_filmed, is_observed
 from experiments.rollout import controller
 from experiments.rollout.scenarios import Scenarios
 
-GLOSSARY = Path(__file__).parents[2] / "docs" / "metrics.md"
+GLOSSARY = Path(__file__).parents[3] / "docs" / "metrics.md"
 
 
 def read(folder: Path) -> EventAccumulator:

@@ -19,7 +19,7 @@ from tensorboard.plugins.custom_scalar import layout_pb2
 
 from experiments.campaign import cost, plan
 from experiments.campaign.command import campaign
-from experiments.campaign.conditions import open_session
+from experiments.campaign.execution import open_session
 from experiments.campaign.grid import Condition, Grid, Scale
 from experiments.campaign.options import CampaignOptions
 from experiments.campaign.root import CampaignRoot, Standing
