@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from experiments.report import intervals, tables
+from experiments.report.conditions import Table, gather, per_run
 from experiments.report.figures import curves, style
-from experiments.report.figures.conditions import Table, gather, per_run
 from experiments.report.figures.curves import Curve
 from experiments.runs.names import MATRIX, PRUNING
 

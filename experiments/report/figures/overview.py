@@ -13,8 +13,8 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from experiments.report import aggregates, intervals, statistics, survival, tables
+from experiments.report.conditions import Condition, gather
 from experiments.report.figures import style
-from experiments.report.figures.conditions import Condition, gather
 from experiments.report.survival import Times
 
 __all__ = ["profiles", "takeoff", "takeoff_times"]

@@ -11,10 +11,9 @@ from typing import Any
 
 import numpy as np
 from PIL import Image
+from tensorboard.compat.proto.summary_pb2 import HistogramProto, Summary
 from torch.utils.tensorboard import SummaryWriter
 from torch.utils.tensorboard.summary import hparams
-
-from tensorboard.compat.proto.summary_pb2 import HistogramProto, Summary
 
 __all__ = ["EventFile"]
 
