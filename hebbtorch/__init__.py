@@ -29,6 +29,7 @@ from hebbtorch.functional.rules import RULES, LearningRule, Rule, abcd_update, b
 from hebbtorch.genome import Evolvable, GeneBlock
 from hebbtorch.linear import HebbianLinear
 from hebbtorch.mlp import HebbianMLP
+from hebbtorch.module_genes import ModuleGenes
 from hebbtorch.monitor import Monitor
 from hebbtorch.recurrent import HebbianRNN
 from hebbtorch.rule_bank import RuleBank
@@ -50,6 +51,7 @@ __all__ = [
     "HebbianMLP",
     "HebbianRNN",
     "LearningRule",
+    "ModuleGenes",
     "Monitor",
     "Rule",
     "RuleBank",
