@@ -11,7 +11,7 @@ import io
 import logging
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -19,14 +19,14 @@ from typing import Annotated, Any, Literal
 import tyro
 from tyro.extras import SubcommandApp
 
-from experiments import terminal
+from experiments import process, terminal
 from experiments.analysis.film_options import FilmOptions
 from experiments.campaign.options import CampaignOptions
 from experiments.config import EvolveConfig
 
 __all__ = ["main"]
 
-_SYSTEM_ERROR, _USAGE_ERROR, _INTERRUPTED = 1, 2, 130
+_SYSTEM_ERROR, _USAGE_ERROR, _INTERRUPTED, _TERMINATED = 1, 2, 130, 143
 _QUIET = ("--quiet", "-q")
 _DESCRIPTION = """Evolve controllers of soft robots whose synapses change while they act.
 
@@ -52,6 +52,8 @@ def _app(chosen: str) -> SubcommandApp:
     for function in _COMMANDS:
 
         def read(*args: Any, _call: Callable[..., None] = function, **kwargs: Any) -> Any:
+            if kwargs.get("seed", 0) < 0:
+                raise ValueError(f"seed: expected an integer >= 0, got {kwargs['seed']}")
             return functools.partial(_call, *args, **kwargs)
 
         functools.update_wrapper(read, function)
@@ -86,20 +88,22 @@ def evolve(
     Args:
         config: the options.
         out: New folder for the run; by default, a free name in runs/.
-        resume: Folder of a run to go on with, exactly; its options are those it has.
+        resume: Folder of a run to go on with, exactly; its options are those it has. With
+            --generations beside it, the run gets that length.
     """
-    from experiments.evolution import evolve as evolution
+    from experiments.evolution import launch
 
     _one_thread()
     if resume is None:
-        evolution.evolve(config, out or _free_folder(config))
+        launch.evolve(config, out or _free_folder(config))
         return
-    if out is not None or config != EvolveConfig():
+    if out is not None or config != EvolveConfig(generations=config.generations):
         raise ValueError(
-            "resume: expected no other option, since a run goes on with those it has; "
-            f"got some: use --resume {resume} alone, or start anew with --out"
+            "resume: expected no other option than --generations, since a run goes on with those "
+            f"it has; got some: use --resume {resume} alone, or start anew with --out"
         )
-    evolution.resume(resume)
+    asked = any(word.split("=")[0] == "--generations" for word in sys.argv)
+    launch.resume(resume, config.generations if asked else None)
 
 
 @_command
@@ -333,7 +337,7 @@ def pack(root: _Root, out: Path, seed: int = 0) -> None:
 
     for path in pack_runs(root, out):
         print(f"wrote {path}")
-    draw_all((out,), None, seed, print_quality=False)
+    _tell_what_is_missing(draw_all((out,), None, seed, print_quality=False))
 
 
 @_command
@@ -368,7 +372,7 @@ def figures(roots: _Roots, seed: int = 0, out: Path | None = None) -> None:
     """
     from experiments.report.gallery import draw_all
 
-    draw_all(roots, out, seed)
+    _tell_what_is_missing(draw_all(roots, out, seed))
 
 
 def main() -> None:
@@ -376,6 +380,7 @@ def main() -> None:
 
     Besides the commands, --version and --quiet are known, the latter anywhere among the options.
     """
+    process.prepare()
     arguments = sys.argv[1:]
     quiet = [each for each in arguments if each in _QUIET]
     arguments = [each for each in arguments if each not in _QUIET]
@@ -393,6 +398,8 @@ def main() -> None:
     except OSError as error:
         print(f"hebbtorch: {error}", file=sys.stderr)
         sys.exit(_SYSTEM_ERROR)
+    except process.Terminated:
+        sys.exit(_TERMINATED)
     except KeyboardInterrupt:
         sys.exit(_INTERRUPTED)
 
@@ -420,6 +427,15 @@ def _unframed(box: str) -> str:
     inside = " ".join(line for line in box.splitlines() if not line.startswith(("╭", "╰")))
     words = re.sub("[─-╿]", " ", re.sub("─{3,}", "; ", inside))
     return re.sub(r"\.? +; +", "; ", " ".join(words.split()))
+
+
+def _tell_what_is_missing(figures: Sequence[str]) -> None:
+    """Name, for each figure that was not drawn, the study whose runs it needs."""
+    from experiments.studies.registry import STUDIES
+
+    for figure in figures:
+        study = next(study.name for study in STUDIES.values() if figure in study.figures)
+        print(f"not drawn: {figure}; `hebbtorch campaign {study} --out ROOT` makes what it needs")
 
 
 def _one_thread() -> None:

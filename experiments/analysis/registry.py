@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from experiments.analysis import generalization, paired, pruning
-from experiments.analysis import recording as inner
+from experiments.analysis import generalization, paired, pruning, recording
 from experiments.analysis import validation_matrix as validation
 from experiments.analysis.freezing import freeze, plastic_champions
 from experiments.analysis.unseen import assess
@@ -84,7 +83,7 @@ def inner_life(run_folder: Path) -> Path:
         ValueError: the run cannot be read, or its controllers are static.
     """
     out = run_folder / names.RECORDING_MEASURES
-    return out if out.exists() else inner.write(run_folder)
+    return out if out.exists() else recording.write(run_folder)
 
 
 def random_genomes(run_folder: Path) -> Path:
@@ -94,7 +93,7 @@ def random_genomes(run_folder: Path) -> Path:
         ValueError: the run cannot be read, or its controllers are static.
     """
     out = run_folder / names.RANDOM_GENOMES
-    return out if out.exists() else inner.write_random(run_folder)
+    return out if out.exists() else recording.write_random(run_folder)
 
 
 def pruned(run_folder: Path) -> Path:

@@ -1,20 +1,18 @@
-"""Evolution from the first generation to the film of the champion, resumable at any moment."""
+"""The loop of an evolution: generation by generation in its folder, resumable at any moment."""
 
 from __future__ import annotations
 
 import time
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
 from torch import Tensor
 
 import hebbtorch
-from experiments import terminal
-from experiments.analysis.presentation import present
 from experiments.config import EvolveConfig
 from experiments.evolution.metrics import measure
 from experiments.evolution.observation import Observer, is_filmed, is_observed, validation_tags
-from experiments.evolution.progress import ProgressDisplay
 from experiments.evolution.showing import show
 from experiments.rollout.episode import Outcome
 from experiments.rollout.evaluate import Evaluator
@@ -25,36 +23,7 @@ from experiments.runs.history import Row
 from experiments.runs.tensorboard import Tracker
 from physics.scene.clock import steps_in
 
-__all__ = ["Evolution", "Session", "evolve", "resume"]
-
-
-def evolve(config: EvolveConfig, folder: Path) -> None:
-    """Run an evolution and leave everything in a new folder.
-
-    Args:
-        config: the options.
-        folder: must not exist yet, or be empty.
-
-    Raises:
-        ValueError: an option is wrong, or the folder cannot be used; nothing was written then.
-        KeyboardInterrupt: it was stopped; `resume` goes on with it.
-    """
-    with Session.create(config, folder) as session:
-        _run(session)
-
-
-def resume(folder: Path) -> None:
-    """Go on with an evolution exactly as if it had not been stopped.
-
-    Args:
-        folder: of the run.
-
-    Raises:
-        ValueError: the folder cannot be used; nothing was changed then.
-        KeyboardInterrupt: it was stopped again.
-    """
-    with Session.resume(folder) as session:
-        _run(session)
+__all__ = ["Evolution", "Session"]
 
 
 class Evolution:
@@ -133,24 +102,30 @@ class Session:
         return cls(evolution, RunStore.create(folder, config, start), start, archive, overview)
 
     @classmethod
-    def resume(cls, folder: Path, *, overview: Path | None = None) -> Session:
+    def resume(
+        cls, folder: Path, generations: int | None = None, *, overview: Path | None = None
+    ) -> Session:
         """Take up an evolution where it stood.
 
         Args:
             folder: of the run.
+            generations: as in `resume` of this module.
             overview: as in `create`.
 
         Raises:
             ValueError: the folder cannot be used; nothing was changed then.
         """
-        store, checkpoint = RunStore.resume(folder)
+        store, checkpoint = RunStore.resume(folder, generations)
         with ExitStack() as undo:
             undo.enter_context(store)
             evolution = Evolution(store.config)
             evolution.strategy.load_state_dict(checkpoint.strategy)
-            archive = Archive.load(folder)
+            archive = Archive.load(store.folder)
             if archive is None:
                 archive = Archive.empty(store.config, evolution.evaluator.n_genes)
+            if archive.config != store.config:  # the run was given another length
+                archive = replace(archive, config=store.config)
+                archive.save(store.folder)
             undo.pop_all()
         own = archive.until(checkpoint.generation)
         return cls(evolution, store, checkpoint, own, overview)
@@ -233,15 +208,3 @@ class Session:
     def _by_run(self, values: Tensor) -> Tensor:
         """Values of all individuals, (runs, population, values of each), however they came."""
         return values.reshape(self.config.runs, self.config.population, -1)
-
-
-def _run(session: Session) -> None:
-    """Evolve to the last generation, then present the champions."""
-    try:
-        with ProgressDisplay(session.config.generations, session.generation) as progress:
-            while not session.evolved:
-                progress.show(*session.step())
-        present(session.folder, session.finish())
-    except KeyboardInterrupt:
-        terminal.say(f"stopped; go on with: hebbtorch evolve --resume {session.folder}")
-        raise

@@ -84,10 +84,12 @@ class Sheet:
     axes: NDArray[Any]
     files: list[Path]
 
-    def legend(self, handles: Sequence[Any]) -> None:
-        """One legend for all panels, above them."""
+    def legend(self, handles: Sequence[Any], title: str = "") -> None:
+        """One legend for all panels, above them, under a title."""
         columns = min(len(handles), int(self.figure.get_figwidth() / _LEGEND_COLUMN))
-        self.figure.legend(handles=handles, loc="outside upper center", ncols=max(columns, 1))
+        self.figure.legend(
+            handles=handles, loc="outside upper center", ncols=max(columns, 1), title=title or None
+        )
 
     def note(self, words: str) -> None:
         """Say below all panels what they show: how many runs, and what boxes and bands are."""

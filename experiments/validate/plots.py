@@ -32,7 +32,6 @@ def _draw_one(picture: Picture, folder: Path) -> list[Path]:
     with style.sheet(
         folder, picture.name, (_PANEL[0], height), rows, len(panels), heights=_heights(rows)
     ) as sheet:
-        sheet.figure.suptitle(picture.name.replace("_", " ").replace("-", " "), fontsize=9)
         for k, panel in enumerate(panels):
             axes = sheet.panel(0, k)
             _KINDS[panel.kind](axes, panel)
@@ -45,7 +44,8 @@ def _draw_one(picture: Picture, folder: Path) -> list[Path]:
                     [], [], color=_RECORDED, lw=3, alpha=0.6, label="recorded (paper's simulator)"
                 ),
                 Line2D([], [], color=_OURS, lw=1, label="ours"),
-            ]
+            ],
+            title=f"{picture.name.replace('_', ' ')}: recorded by the paper's simulator, and ours",
         )
     return sheet.files
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from experiments.plotting import style
 from experiments.report import intervals, tables
+from experiments.report.conditions import Table, gather, per_run
 from experiments.report.figures import curves
-from experiments.report.figures.conditions import Table, gather, per_run
 from experiments.report.figures.curves import Curve
 from experiments.runs.names import MATRIX, PRUNING
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.report import intervals
+from experiments.report.conditions import Condition, gather, runs_in
 from experiments.report.figures import curves
-from experiments.report.figures.conditions import Condition, gather, runs_in
 from experiments.report.figures.curves import Curve
 from experiments.runs.names import FREEZING
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.report.conditions import Condition, Table, gather, per_run
 from experiments.report.figures import boxes, curves
 from experiments.report.figures.boxes import Box
-from experiments.report.figures.conditions import Condition, Table, gather, per_run
 from experiments.report.figures.curves import Curve
 from experiments.runs.names import evaluation_file
 
