@@ -15,7 +15,6 @@ from pathlib import Path
 import torch
 from torch import Tensor
 
-import hebbtorch
 from experiments.analysis.unseen import speeds_on
 from experiments.config import EvolveConfig
 from experiments.files.csvfile import write_csv
@@ -130,7 +129,7 @@ def freeze(champions: Champions, n_terrains: int = FREEZING_TERRAINS, seed: int 
     config = champions.config
     training, test = training_and_test(config, n_terrains, seed)
     snapshots = learn(config, champions.genomes, range(int(config.duration) + 1), training)
-    speeds = act(config, snapshots, test)
+    speeds = act(config, snapshots, test, champions.genomes)
     bound = "" if config.normalize is None else f", normalized ({config.normalize})"
     title = (
         f"{config.shape}, {config.sensors} sensors, damage {config.damage}{bound}, "
@@ -236,35 +235,51 @@ def learn(
     return tuple(torch.stack(layer) for layer in zip(*snapshots, strict=True))
 
 
-def act(config: EvolveConfig, weights: Weights, test: Scenarios) -> Tensor:
+def act(
+    config: EvolveConfig, weights: Weights, test: Scenarios, genomes: Tensor | None = None
+) -> Tensor:
     """Speeds of networks whose weights stay as they are.
 
     Args:
         config: of the evolution of the individuals.
         weights: per layer, shape (B, K, out, in).
         test: S scenarios, the same for all.
+        genomes: of the individuals, shape (K, G): whatever besides the weights makes a network is
+            in them, such as biases. Needed only for options that have it.
 
     Returns:
         Speeds [m/s], shape (B, K, S), float64, NaN where the life failed.
     """
+    n_snapshots = len(weights[0])
     shape = (*weights[0].shape[:-2], len(test))
-    individuals = tuple(layer.flatten(0, -3) for layer in weights)
-    parts = zip(
-        *(layer.split(max(1, _MOST_WORLDS // len(test))) for layer in individuals), strict=True
-    )
-    return torch.cat([_speeds(config, part, test) for part in parts]).reshape(shape)
+    of_each = None if genomes is None else genomes.repeat(n_snapshots, 1)
+    size = max(1, _MOST_WORLDS // len(test))
+    speeds = []
+    for first in range(0, shape[0] * shape[1], size):
+        part = slice(first, first + size)
+        individuals = tuple(layer.flatten(0, -3)[part] for layer in weights)
+        speeds.append(
+            _speeds(config, individuals, test, None if of_each is None else of_each[part])
+        )
+    return torch.cat(speeds).reshape(shape)
 
 
-def _speeds(config: EvolveConfig, weights: Weights, test: Scenarios) -> Tensor:
+def _speeds(
+    config: EvolveConfig, weights: Weights, test: Scenarios, genomes: Tensor | None
+) -> Tensor:
     """Speeds of networks with fixed weights, (N, out, in) per layer; shape (N * S,)."""
-    if not config.constant_last_input:
-        # Without plasticity, a plastic network is a static one with the same weights.
+    n = len(weights[0])
+    if not (config.constant_last_input or config.bias or config.fixed):
+        # Without plasticity, such a network is a static one with the same weights.
         static = replace(config, controller="mlp")
         return speeds_on(static, torch.cat([w.flatten(1) for w in weights], -1), test).flatten()
-    n = len(weights[0]) * len(test)
-    network = controller.build(config, n)
-    state = hebbtorch.State(tuple(w.repeat_interleave(len(test), 0) for w in weights))
-    sim = simulator(config, test * len(weights[0]))
+    network = controller.build(config, n * len(test))
+    if genomes is None:
+        genomes = torch.zeros(n, network.n_genes)
+    network.set_genomes(genomes.repeat_interleave(len(test), 0))
+    learned = tuple(w.repeat_interleave(len(test), 0) for w in weights)
+    state = network.initial_state()._replace(weights=learned)
+    sim = simulator(config, test * n)
     episode = Episode(sim, network, config.duration, state=state, loop=config.loop)
     episode.freeze()
     return episode.finish().speed.cpu()

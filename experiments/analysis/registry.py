@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from experiments.analysis import generalization, paired, pruning, recording
+from experiments.analysis import endurance, generalization, paired, pruning, recording
 from experiments.analysis import validation_matrix as validation
 from experiments.analysis.freezing import freeze, plastic_champions
 from experiments.analysis.unseen import assess
@@ -16,6 +16,7 @@ from experiments.runs import names
 from experiments.runs.champions import Champions
 
 __all__ = [
+    "endured",
     "frozen",
     "generalized",
     "inner_life",
@@ -39,6 +40,16 @@ def unseen_terrains(run_folder: Path) -> Path:
     assessment = assess(run_folder, names.EVALUATION_TERRAINS)
     assessment.log(run_folder)
     return assessment.write(out)
+
+
+def endured(run_folder: Path) -> Path:
+    """Champions in episodes ten times as long as those of their evolution: endurance.csv.
+
+    Raises:
+        ValueError: the run cannot be read.
+    """
+    out = run_folder / names.ENDURANCE
+    return out if out.exists() else endurance.write(run_folder)
 
 
 def frozen(run_folder: Path) -> Path:

@@ -15,6 +15,7 @@ FILES = {
     "inner_life": "inner_life.json",
     "pruned": "pruned.csv",
     "matrix": "matrix.csv",
+    "endured": "endurance.csv",
     "random_genomes": "random_genomes.json",
     "paired_speeds": "paired.csv",
     "generalized": "generalization.csv",

@@ -7,13 +7,14 @@ from pathlib import Path
 import pytest
 import torch
 
-from experiments.analysis import generalization, paired
+from experiments.analysis import endurance, generalization, paired
 from experiments.analysis.unseen import speeds_on
 from experiments.config import EvolveConfig
 from experiments.rollout import Scenarios, seeds, simulator
 from experiments.runs.archive import Archive
 from experiments.runs.champions import Champions
-from physics import Damage, Engine
+from physics import Damage, Engine, Terrain
+from physics.scene.clock import steps_in
 from tests.experiments.champions import PLASTIC, STATIC, random_champions, run_folder
 from tests.experiments.finished_runs import read_csv
 
@@ -93,3 +94,30 @@ def test_a_setting_reaches_the_simulator() -> None:
         damage=Damage(mode="blind", time=math.pi),
     )
     assert sim.n_worlds == 2
+
+
+def test_long_episodes_go_on_where_ordinary_ones_end() -> None:
+    genomes = random_champions().genomes
+    scenarios = Scenarios.unseen(PLASTIC.terrain, [1], 0)
+    speeds = endurance.speeds_by_window(PLASTIC, genomes, scenarios, 2 * PLASTIC.duration)
+    assert speeds.shape == (2, 1, 20)
+    ends = [
+        1,
+        *(steps_in((window + 1) * 2.0 / 20) for window in range(10)),
+    ]  # the first step is no part
+    steps = torch.tensor(ends).diff()
+    half = (steps * speeds[:, :, :10]).sum(-1) / steps.sum()
+    ordinary = speeds_on(PLASTIC, genomes, scenarios)
+    assert half.flatten().tolist() == pytest.approx(ordinary.flatten().tolist(), abs=1e-5)
+
+
+def test_a_long_terrain_is_terrains_in_a_row() -> None:
+    parts = [Terrain.from_name("hilly-3-30", seed) for seed in (4, 5)]
+    together = endurance.long_terrain("hilly-3-30", 4, 2)
+    n = len(parts[0].xs)
+    assert (together.xs[: n - 1] == parts[0].xs[:-1]).all()
+    assert (together.ys[: n - 1] == parts[0].ys[:-1]).all()
+    # The second begins where the first ended, and rises and falls as it did.
+    rest = together.ys[n - 2 : -1]
+    assert rest - rest[0] == pytest.approx(parts[1].ys[1:-1] - parts[1].ys[1])
+    assert together.ys[-1] > rest[-1] + 50

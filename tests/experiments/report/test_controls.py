@@ -7,6 +7,7 @@ import torch
 
 import hebbtorch
 from experiments.analysis.freezing import act, learn
+from experiments.analysis.unseen import speeds_on
 from experiments.config import EvolveConfig
 from experiments.report.conditions import label
 from experiments.rollout import controller
@@ -116,6 +117,18 @@ def test_frozen_weights_keep_the_constant_input() -> None:
         weights = learn(replace(config, constant_last_input=False), genomes, [0.5], scenarios)
         speeds.append(act(config, weights, scenarios))
     assert (speeds[0] != speeds[1]).all()
+
+
+def test_frozen_networks_keep_what_is_not_plastic() -> None:
+    config = replace(CONFIG, fixed=True, bias=True)
+    genomes = torch.randn(2, built(config).n_genes, generator=torch.Generator().manual_seed(2))
+    still = replace(config, eta=0.0)  # learns nothing: frozen or not makes no difference
+    test = Scenarios.unseen(CONFIG.terrain, [1, 2], 0)
+    weights = learn(still, genomes, [0.0, 0.5], Scenarios.unseen(CONFIG.terrain, [0], 0))
+    speeds = act(still, weights, test, genomes)
+    expected = speeds_on(still, genomes, test)
+    assert torch.allclose(speeds, expected.expand(2, 2, 2), atol=1e-6)
+    assert speeds.abs().max() > 0.01
 
 
 def test_controls_have_names() -> None:
