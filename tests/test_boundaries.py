@@ -47,8 +47,9 @@ EXPERIMENTS = {
     "studies": "campaign config",
     "validate": "files plotting rollout terminal",
     "bench": "config evolution files rollout runs terminal",
-    "cli": "analysis bench campaign config evolution files process report runs studies terminal "
-    "validate",
+    "soak": "campaign config files runs terminal",
+    "cli": "analysis bench campaign config evolution files process report runs soak studies "
+    "terminal validate",
 }
 
 # What experiments use of physics besides its public names.
@@ -57,7 +58,7 @@ INSIDE = {
     "physics.backend": {"bench", "rollout"},
     "physics.engine": {"bench", "rollout"},
     "physics.render": {"analysis", "evolution", "report", "runs"},
-    "physics.scene": {"validate"},
+    "physics.scene": {"soak", "validate"},
 }
 
 

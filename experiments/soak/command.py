@@ -45,11 +45,10 @@ def soak(minutes: float, seed: int, file: Path | None, folder: Path | None) -> i
         whole = place / "undisturbed"
         expected = undisturbed(whole)
         kills, damage, worlds = KillCounts(), DamageCounts(), WorldCounts()
-        end = began + 60 * minutes * _KILLS
-        _until(end, lambda k: try_kills(seed, k, place, expected, kills))
+        _until(began + 60 * minutes * _KILLS, lambda k: try_kills(seed, k, place, expected, kills))
         _tell("kills", kills)
         original = Original(whole)
-        end += 60 * minutes * _DAMAGE
+        end = time.monotonic() + 60 * minutes * _DAMAGE
         _until(end, lambda k: try_flip(seed, k, original, damage))
         _tell("damaged files", damage)
     _until(began + 60 * minutes, lambda k: try_worlds(seed, k, worlds))

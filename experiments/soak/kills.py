@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments.campaign.conditions import open_session
+from experiments.campaign.execution import open_session
 from experiments.config import EvolveConfig
 from experiments.files.locks import LOCK
 from experiments.runs.names import ARCHIVE, CHAMPIONS, CONFIG, HISTORY

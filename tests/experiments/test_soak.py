@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -76,11 +75,12 @@ def test_energy_is_that_of_mechanics() -> None:
     sim.set_poses(raised)
     stretched = float(energy_per_kg(sim, 0.0))
     assert stretched > 0.1
-    shorter = [stretched]
-    for _ in range(10):  # springs only lose energy
+    later = []
+    for _ in range(60):
         sim.step(torch.zeros(1, 2))
-        shorter.append(float(energy_per_kg(sim, 0.0)))
-    assert max(b - a for a, b in pairwise(shorter)) < 0.02 * stretched
+        later.append(float(energy_per_kg(sim, 0.0)))
+    assert max(later) < 1.5 * stretched  # steps are no small part of the springs' period
+    assert max(later[10:]) < 0.01 * stretched
 
 
 def test_worlds_hold_and_faults_would_be_seen(monkeypatch: pytest.MonkeyPatch) -> None:
