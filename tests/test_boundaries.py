@@ -40,17 +40,19 @@ EXPERIMENTS = {
     "config_checks": "options",
     "config": "config_checks options",
     "files": "terminal",
+    "plotting": "files",
     "rollout": "config",
-    "runs": "config files terminal",
-    "analysis": "config files rollout runs terminal",
+    "runs": "config files options terminal",
+    "analysis": "config files plotting rollout runs terminal",
     "evolution": "analysis config rollout runs terminal",
-    "report": "analysis config files options runs terminal",
+    "report": "analysis config files options plotting runs terminal",
     "campaign": "analysis config evolution files options report rollout runs terminal",
     "studies": "campaign config",
-    "validate": "files rollout terminal",
+    "validate": "files plotting rollout terminal",
     "bench": "config evolution files rollout runs terminal",
-    "cli": "analysis bench campaign config evolution files process report runs studies terminal "
-    "validate",
+    "soak": "campaign config files runs terminal",
+    "cli": "analysis bench campaign config evolution files process report runs soak studies "
+    "terminal validate",
 }
 
 # What experiments use of physics besides its public names.
@@ -59,7 +61,7 @@ INSIDE = {
     "physics.backend": {"bench", "rollout"},
     "physics.engine": {"bench", "rollout"},
     "physics.render": {"analysis", "evolution", "report", "runs"},
-    "physics.scene": {"validate"},
+    "physics.scene": {"soak", "validate"},
 }
 
 

@@ -1,4 +1,4 @@
-"""Sensors: readings in [0, 1] from the state of a group of worlds (REFERENCE: sensors)."""
+"""Sensors: readings in [0, 1] from the state of a group of worlds (MODEL.md, section 6)."""
 
 from physics.backend import ti
 from physics.engine import noise

@@ -1,7 +1,7 @@
 """Contacts with the ground: friction and non-penetration as accumulated, clamped impulses.
 
 Works on the pairs that ``ground.detect`` listed. In lanes without the contact the effective
-masses are zero, so that every impulse is zero (REFERENCE: contact).
+masses are zero, so that every impulse is zero (MODEL.md, section 4).
 """
 
 from physics.backend import ti

@@ -1,4 +1,4 @@
-"""Springs: soft constraints along the line between two anchors (REFERENCE: spring).
+"""Springs: soft constraints along the line between two anchors (MODEL.md, section 2).
 
 The textbook quantities K (inverse effective mass), gamma (softness) and m = 1 / (K + gamma)
 are folded into one scale: with gamma = g K for a constant g, direction, arms, bias and impulse
