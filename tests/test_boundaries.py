@@ -60,6 +60,7 @@ INSIDE = {
     "physics.checks": {"bench", "config_checks"},
     "physics.backend": {"bench", "rollout"},
     "physics.engine": {"bench", "rollout"},
+    "physics.envs": {"bench"},
     "physics.render": {"analysis", "evolution", "report", "runs"},
     "physics.scene": {"soak", "validate"},
 }
