@@ -32,13 +32,7 @@ class Evolution:
     def __init__(self, config: EvolveConfig) -> None:
         self.config = config
         self.evaluator = Evaluator(config)
-        self.strategy = hebbtorch.EvolutionStrategy(
-            self.evaluator.n_genes,
-            population=config.population,
-            sigma=config.sigma,
-            runs=config.runs,
-            seed=config.seed,
-        )
+        self.strategy = optimizer_of(config, self.evaluator.n_genes)
 
 
 class Session:
