@@ -34,9 +34,9 @@ EXPERIMENTS = {
     "terminal": "",
     "process": "terminal",
     "options": "",
-    "config_checks": "options",
-    "config": "config_checks options",
     "files": "terminal",
+    "config_checks": "options",
+    "config": "config_checks files options",
     "plotting": "files",
     "rollout": "config",
     "runs": "config files options terminal",
@@ -58,7 +58,7 @@ INSIDE = {
     "physics.backend": {"bench", "rollout"},
     "physics.engine": {"bench", "rollout"},
     "physics.render": {"analysis", "evolution", "report", "runs"},
-    "physics.scene": {"soak", "validate"},
+    "physics.scene": {"config_checks", "soak", "validate"},
 }
 
 
