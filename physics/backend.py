@@ -205,6 +205,8 @@ class Features(NamedTuple):
     """Squares of a robot collide with each other."""
     continuous: bool = False
     """Squares that land are stopped where they touch the ground."""
+    varied: bool = False
+    """Gravity, friction and springs are those of each world and voxel, not the same for all."""
 
 
 class Program(NamedTuple):
