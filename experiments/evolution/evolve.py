@@ -9,10 +9,10 @@ from pathlib import Path
 
 from torch import Tensor
 
-import hebbtorch
 from experiments.config import EvolveConfig
 from experiments.evolution.metrics import measure
 from experiments.evolution.observation import Observer, is_filmed, is_observed, validation_tags
+from experiments.evolution.optimizers import optimizer_of
 from experiments.evolution.showing import show
 from experiments.rollout.episode import Outcome
 from experiments.rollout.evaluate import Evaluator

@@ -1,4 +1,4 @@
-"""The strategies that `--optimizer` names: Algorithm 1, and pycma's CMA-ES behind the same calls."""
+"""The strategies that `--optimizer` names: Algorithm 1, and pycma behind the same calls."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from torch import Tensor
 import hebbtorch
 from experiments.config import EvolveConfig
 
-__all__ = ["OPTIMIZERS", "CovarianceAdaptation", "optimizer_of"]
+__all__ = ["CovarianceAdaptation", "optimizer_of"]
 
-OPTIMIZERS = ("es", "cma", "sep-cma")
+
 _MOST_GENES = 1500  # of a full covariance matrix: its decomposition takes the cube of it
 
 
