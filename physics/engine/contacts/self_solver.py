@@ -1,7 +1,8 @@
 """Contacts between squares of one robot: accumulated, clamped impulses on both.
 
 Works on the self-contacts that ``self_detection.detect`` listed, as ``ground_solver`` does on those
-with the ground. In lanes without the contact the effective masses are zero, so every impulse is zero.
+with the ground. In lanes without the contact the effective masses are zero, so that every impulse
+is zero.
 """
 
 from physics.backend import ti
