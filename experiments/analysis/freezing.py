@@ -8,7 +8,7 @@ back.
 
 from __future__ import annotations
 
-import io
+import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -17,7 +17,6 @@ from torch import Tensor
 
 from experiments.analysis.unseen import speeds_on
 from experiments.config import EvolveConfig
-from experiments.files.atomic import write_atomically
 from experiments.files.csvfile import write_csv
 from experiments.files.outputs import require_writable
 from experiments.rollout import controller, seeds
@@ -25,6 +24,8 @@ from experiments.rollout.episode import Episode, simulator, start_episode
 from experiments.rollout.scenarios import Scenarios
 from experiments.runs.champions import Champions
 from experiments.runs.names import FREEZING_TERRAINS, freezing_file
+from experiments.runs.tensorboard import EventFile
+from experiments.runs.tensorboard.tracker import run_folders
 
 __all__ = ["Freezing", "act", "freeze", "learn", "plastic_champions", "report", "training_and_test"]
 
@@ -73,27 +74,44 @@ class Freezing:
         )
         return write_csv(out, ("run", "second", "terrain", "speed"), rows)
 
-    def draw(self, out: Path) -> Path:
-        """Draw them as a PNG: median over the runs, and beside it a standard deviation."""
-        # Slow to import, and most that import this module draw nothing.
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
+    def draw(self, out: Path) -> list[Path]:
+        """Draw them as PNG and PDF: median over the runs within their quartiles.
 
-        figure = Figure(figsize=(6, 3.5), layout="constrained")
-        axes = figure.add_subplot()
-        seconds, middle = range(len(self.middle)), self.middle.numpy()
-        if self.spread is not None:
-            spread = self.spread.numpy()
-            axes.fill_between(seconds, middle - spread, middle + spread, alpha=0.25, linewidth=0)
-        axes.plot(seconds, middle)
-        axes.axhline(0, color="0.7", linewidth=0.8, zorder=0)
-        axes.set_xlabel("weights frozen at [s]")
-        axes.set_ylabel("speed once frozen [m/s]")
-        axes.set_title(self.title, fontsize="medium")
-        picture = io.BytesIO()
-        FigureCanvasAgg(figure).print_png(picture)
-        write_atomically(out, picture.getvalue())
-        return out
+        Args:
+            out: path of the PNG file.
+        """
+        # Slow to import, and most that import this module draw nothing.
+        from experiments.plotting import style
+
+        seconds, of_runs = range(len(self.middle)), self.speeds.nanmean(-1)
+        with style.sheet(out.parent, out.stem, (4.4, 2.4)) as sheet:
+            axes = sheet.panel(0)
+            look = style.looks([""])[""]
+            if len(self.speeds) > 1:
+                low, high = of_runs.nanquantile(of_runs.new_tensor([0.25, 0.75]), 0).numpy()
+                axes.fill_between(seconds, low, high, color=look.color, alpha=0.25, lw=0)
+            axes.plot(seconds, self.middle.numpy(), color=look.color)
+            axes.axhline(0, color="0.7", linewidth=0.8, zorder=0)
+            axes.set(xlabel="weights frozen at [s]", ylabel="speed once frozen [m/s]")
+            axes.set_title(self.title)
+            of_band = "; line: median, band: quartiles over runs" if len(self.speeds) > 1 else ""
+            sheet.note(
+                f"{style.counted([len(self.speeds)])}, mean over {len(self.terrains)} unseen "
+                f"terrain(s){of_band}"
+            )
+        return sheet.files
+
+    def log(self, folder: Path, runs: int) -> None:
+        """Show them in TensorBoard, by the seconds of the champions' episodes.
+
+        Args:
+            folder: of the run.
+            runs: of the evolution.
+        """
+        for path, speeds in zip(run_folders(folder, runs), self.speeds.nanmean(-1), strict=True):
+            with EventFile(path / "life", part="freeze") as file:
+                for second, speed in enumerate(speeds.tolist()):
+                    file.scalars({"freeze/speed": None if math.isnan(speed) else speed}, second)
 
 
 def freeze(champions: Champions, n_terrains: int = FREEZING_TERRAINS, seed: int = 0) -> Freezing:
@@ -144,8 +162,10 @@ def report(folder: Path, n_terrains: int, seed: int, out: Path | None) -> None:
             f"out: expected a name whose picture, {str(picture)!r}, is free or of the same table, "
             f"got {str(out)!r}; choose another name"
         )
-    freezing = freeze(plastic_champions(folder), n_terrains, seed)
-    files = [freezing.write(out), freezing.draw(picture)]
+    champions = plastic_champions(folder)
+    freezing = freeze(champions, n_terrains, seed)
+    files = [freezing.write(out), *freezing.draw(picture)]
+    freezing.log(folder, champions.config.runs)
     print(f"{freezing.title}, {n_terrains} terrain(s), median over the runs in m/s:")
     for second in (each for each in _SHOWN if each < len(freezing.middle)):
         spread = "" if freezing.spread is None else f" +- {freezing.spread[second]:.2f}"

@@ -35,7 +35,11 @@ def unseen_terrains(run_folder: Path) -> Path:
         ValueError: the run cannot be read.
     """
     out = run_folder / names.evaluation_file(Champions.load(run_folder).config)
-    return out if out.exists() else assess(run_folder, names.EVALUATION_TERRAINS).write(out)
+    if out.exists():
+        return out
+    assessment = assess(run_folder, names.EVALUATION_TERRAINS)
+    assessment.log(run_folder)
+    return assessment.write(out)
 
 
 def endured(run_folder: Path) -> Path:
@@ -55,7 +59,12 @@ def frozen(run_folder: Path) -> Path:
         ValueError: the run cannot be read, or its controllers are static.
     """
     out = run_folder / names.FREEZING
-    return out if out.exists() else freeze(plastic_champions(run_folder)).write(out)
+    if out.exists():
+        return out
+    champions = plastic_champions(run_folder)
+    freezing = freeze(champions)
+    freezing.log(run_folder, champions.config.runs)
+    return freezing.write(out)
 
 
 def paired_speeds(run_folder: Path) -> Path:

@@ -20,7 +20,7 @@ from experiments.rollout.episode import Outcome
 from experiments.runs import history
 from experiments.runs.folder import Checkpoint, RunStore
 from experiments.runs.tensorboard import Tracker
-from physics.scene.clock import steps_in
+from physics import steps_in
 
 __all__ = ["PARTS", "besides_lives", "generation_stages"]
 

@@ -21,7 +21,7 @@ from experiments.runs.champions import Champions
 from experiments.runs.folder import Checkpoint, RunStore
 from experiments.runs.history import Row
 from experiments.runs.tensorboard import Tracker
-from physics.scene.clock import steps_in
+from physics import steps_in
 
 __all__ = ["Evolution", "Session"]
 

@@ -107,7 +107,9 @@ def _course(run_folders: Sequence[Path], out: Path, name: str, damage: str) -> l
             drawn.append(
                 Curve(each.config.shape, each.config.sensors, each.label, generations, best)
             )
-    caption = "Best speed of a generation [m/s]: median and standard deviation over runs."
+    caption = (
+        "Best speed of a generation [m/s]: median, quartiles and standard deviation over runs."
+    )
     return curves.draw(drawn, out, name, ("generation", "generation"), caption, points=11)
 
 

@@ -102,7 +102,7 @@ class EventFile:
     def options(self, options: Mapping[str, Any], metrics: Sequence[str]) -> None:
         """Declare the options of a run and the tags by which the HParams tab compares runs."""
         known = {
-            name: value if isinstance(value, (bool, int, float, str)) else str(value)
+            name: value if type(value) in (int, float, str) else str(value)
             for name, value in options.items()
         }
         experiment, begin, _ = hparams(known, dict.fromkeys(metrics, 0.0))

@@ -15,6 +15,11 @@ def rows(generation: int, *bests: float) -> list[Row]:
     ]
 
 
+@pytest.fixture(autouse=True)
+def _nothing_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ProgressDisplay, "_compiled", False)
+
+
 class Clock:
     """Tells what it is set to."""
 
@@ -73,6 +78,13 @@ def test_of_several_runs_the_best_and_the_median_of_medians(
     _, whole, with_failed_run = capsys.readouterr().out.splitlines()
     assert "best 5.00  median 3.00 m/s" in whole
     assert "best 2.00  median" in with_failed_run
+
+
+def test_compiling_is_told_once(capsys: pytest.CaptureFixture[str]) -> None:
+    for _ in range(2):
+        with ProgressDisplay(generations=1, done=0) as progress:
+            progress.show(rows(1, 1.0), 1.0)
+    assert capsys.readouterr().out.count("compiling") == 1
 
 
 def test_without_a_stdout_nothing_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

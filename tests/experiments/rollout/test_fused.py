@@ -130,3 +130,21 @@ def test_what_the_kernel_does_not_know_goes_through_torch_and_is_said_once(
         control_loop(sim, network, state, "fused")
     with pytest.raises(ValueError, match=f"expected a network that the kernel knows, got {reason}"):
         fused.pack(sim, network, state)
+
+
+@torch.no_grad()
+def test_both_loops_fill_a_monitor_alike() -> None:
+    network, state = born(
+        hebbtorch.HebbianMLP([worlds().n_readings, 3, 2], population=(N,), dtype=F64)
+    )
+    one, other = worlds(), worlds()
+    with hebbtorch.Monitor(network, every=7) as plain:
+        TorchLoop(other, network, state).run(other, 20)
+    fast = hebbtorch.Monitor(network, every=7)
+    kernel = fused.pack(one, network, state)
+    for steps in (1, 5, 14):
+        kernel.run(one, steps, fast)
+    assert fast.life.steps.tolist() == plain.life.steps.tolist() == [1, 8, 15]
+    assert fast.summary() == pytest.approx(plain.summary(), abs=1e-9)
+    for mine, theirs in zip(fast.life.weights, plain.life.weights, strict=True):
+        torch.testing.assert_close(mine, theirs, rtol=0, atol=1e-9)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import textwrap
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -17,12 +18,13 @@ from numpy.typing import NDArray
 
 from experiments.files.atomic import write_atomically
 
-__all__ = ["SPEED", "Look", "Sheet", "looks", "sheet"]
+__all__ = ["SPEED", "Look", "Sheet", "counted", "looks", "sheet"]
 
 SPEED = "velocity $\\bar{v}_x$ [m/s]"
 
 _DPI = 200
 _LEGEND_COLUMN = 1.25  # [in]
+_NOTE_LETTER = 0.05  # width of a letter of a note [in]
 _RC: dict[Any, Any] = {
     "font.size": 8,
     "axes.titlesize": 8,
@@ -61,6 +63,13 @@ def looks(labels: Sequence[str]) -> dict[str, Look]:
     return {label: _LOOKS[i % len(_LOOKS)] for i, label in enumerate(labels)}
 
 
+def counted(numbers: Sequence[int]) -> str:
+    """How many runs there are, such as "n = 10 runs" or "n = 3 to 10 runs"."""
+    low, high = min(numbers), max(numbers)
+    words = str(low) if low == high else f"{low} to {high}"
+    return f"n = {words} run{'' if high == 1 else 's'}"
+
+
 @dataclass
 class Sheet:
     """A figure in the making.
@@ -75,10 +84,17 @@ class Sheet:
     axes: NDArray[Any]
     files: list[Path]
 
-    def legend(self, handles: Sequence[Any]) -> None:
-        """One legend for all panels, above them."""
+    def legend(self, handles: Sequence[Any], title: str = "") -> None:
+        """One legend for all panels, above them, under a title."""
         columns = min(len(handles), int(self.figure.get_figwidth() / _LEGEND_COLUMN))
-        self.figure.legend(handles=handles, loc="outside upper center", ncols=max(columns, 1))
+        self.figure.legend(
+            handles=handles, loc="outside upper center", ncols=max(columns, 1), title=title or None
+        )
+
+    def note(self, words: str) -> None:
+        """Say below all panels what they show: how many runs, and what boxes and bands are."""
+        width = int(self.figure.get_figwidth() / _NOTE_LETTER)
+        self.figure.supxlabel(textwrap.fill(words, width), fontsize=6, color="0.3")
 
     def panel(self, row: int, column: int = 0) -> Axes:
         """One of the panels."""
@@ -88,7 +104,13 @@ class Sheet:
 
 @contextmanager
 def sheet(
-    out: Path, name: str, size: tuple[float, float], rows: int = 1, columns: int = 1, **share: str
+    out: Path,
+    name: str,
+    size: tuple[float, float],
+    rows: int = 1,
+    columns: int = 1,
+    heights: Sequence[float] | None = None,
+    **share: str,
 ) -> Iterator[Sheet]:
     """Draw within this context; at its end `out/name.png` and `out/name.pdf` are written.
 
@@ -98,13 +120,14 @@ def sheet(
         size: width and height of one panel [in].
         rows: of panels.
         columns: of panels.
+        heights: of the rows in relation to each other; all are as high if not given.
         share: `sharex` and `sharey` of matplotlib's `subplots`.
     """
     with mpl.rc_context(_RC):
         figure = Figure(
             figsize=(columns * size[0] + 0.6, rows * size[1] + 0.5), layout="constrained"
         )
-        axes = figure.subplots(rows, columns, squeeze=False, **share)  # type: ignore[call-overload]
+        axes = figure.subplots(rows, columns, squeeze=False, height_ratios=heights, **share)  # type: ignore[call-overload]
         drawn = Sheet(figure, np.asarray(axes), [])
         yield drawn
         if (engine := figure.get_layout_engine()) is not None:
