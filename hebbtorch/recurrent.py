@@ -27,7 +27,7 @@ class HebbianRNN(HebbianMLP):
 
     Args:
         sizes: [in, hidden, out].
-        options: those of `HebbianMLP`; for "grouped" give a label to each input and then to each
+        **options: those of `HebbianMLP`; for "grouped" give a label to each input and then to each
             hidden neuron. "neuron" is not for recurrent networks.
 
     Raises:
