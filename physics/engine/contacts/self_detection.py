@@ -1,4 +1,4 @@
-"""Meetings: squares of one robot that overlap and that no joint ties; where they touch.
+"""Self-collision detection: squares of one robot that overlap without a joint; where they touch.
 
 Two equal squares whose centres are d apart and whose angles differ by delta reach equally far
 along each of their four axes: they overlap by h (1 + |cos delta| + |sin delta|) less the
@@ -7,7 +7,7 @@ owns this axis is the reference: its face towards the other one plays the part o
 ``ground``, and clips the other's edge that faces it most (MODEL.md, section 4).
 
 A group lists the pairs that meet in any lane, in the order of the model's table. A world holds
-its first ``meeting_limit`` meetings and ignores further ones, whatever its lane-mates do.
+its first ``self_contact_limit`` self-contacts and ignores further ones, whatever its lane-mates do.
 """
 
 from physics.backend import ti
@@ -26,14 +26,14 @@ _FAR = 1e30
 def detect(
     S: ti.template(), lists: ti.template(), g, m: ti.template(), mi: ti.template(), T: ti.template()
 ):
-    """Finds the meetings of the poses reached; points found again keep their impulses."""
+    """Finds the self-contacts of the poses reached; points found again keep their impulses."""
     _remember(S, lists, g, m, T)
     _bound_voxels(S, g, m, T)
-    old = lists[g, lay.L_MEETINGS]
+    old = lists[g, lay.L_SELF_CONTACTS]
     count = 0
     cursor = 0
     held = T.vec(0.0)
-    limit = T.vec(ti.cast(m.meeting_limit, T.f))
+    limit = T.vec(ti.cast(m.self_contact_limit, T.f))
     for n in range(m.voxel_pairs):
         row = m.pair_table + PAIR_ROW * n
         voxel1 = mi[row]
@@ -55,28 +55,28 @@ def detect(
                     hit = _collide(S, g, m, body1, body2, count, held < limit, T)
                     if any_lane(hit, T):
                         held = ti.select(hit, held + T.f(1.0), held)
-                        entry = m.meeting_list + lay.MEETING_ENTRY * count
+                        entry = m.self_contact_list + lay.SELF_CONTACT_ENTRY * count
                         lists[g, entry] = _SQUARES * _SQUARES * n + k
                         lists[g, entry + 1] = body1
                         lists[g, entry + 2] = body2
                         cursor = _recall(S, lists, g, m, count, cursor, old, T)
                         count += 1
-    lists[g, lay.L_MEETINGS] = count
+    lists[g, lay.L_SELF_CONTACTS] = count
 
 
 @ti.func
 def _remember(S: ti.template(), lists: ti.template(), g, m: ti.template(), T: ti.template()):
-    """Keeps keys and impulses of the meetings so far, for those that are found again."""
-    for n in range(lists[g, lay.L_MEETINGS]):
-        o = m.meeting_block + lay.MEETING_ITEMS * n
-        memory = m.meeting_memory + lay.MEMORY_ITEMS * n
-        S[g, memory] = S[g, o + lay.ME_KEY]
+    """Keeps keys and impulses of the self-contacts so far, for those that are found again."""
+    for n in range(lists[g, lay.L_SELF_CONTACTS]):
+        o = m.self_contact_block + lay.SELF_CONTACT_ITEMS * n
+        memory = m.self_contact_memory + lay.MEMORY_ITEMS * n
+        S[g, memory] = S[g, o + lay.SC_KEY]
         for p in range(2):
-            point = o + lay.ME_POINTS + lay.MEETING_POINT_ITEMS * p
+            point = o + lay.SC_POINTS + lay.SELF_CONTACT_POINT_ITEMS * p
             S[g, memory + 1 + 2 * p] = S[g, point + lay.MP_JN]
             S[g, memory + 2 + 2 * p] = S[g, point + lay.MP_JT]
-        number = lists[g, m.meeting_list + lay.MEETING_ENTRY * n]
-        lists[g, m.meeting_list_old + n] = number
+        number = lists[g, m.self_contact_list + lay.SELF_CONTACT_ENTRY * n]
+        lists[g, m.self_contact_list_old + n] = number
 
 
 @ti.func
@@ -90,22 +90,22 @@ def _recall(
     old,
     T: ti.template(),
 ):
-    """Starts each point of a meeting with the impulses it had, if it is the same as before.
+    """Starts each point of a self-contact with the impulses it had, if it is the same as before.
 
-    Meetings are listed in order, so the old one is sought from the cursor on; returns its place.
+    They are listed in order, so the old one is sought from the cursor on; returns its place.
     """
-    number = lists[g, m.meeting_list + lay.MEETING_ENTRY * count]
-    o = m.meeting_block + lay.MEETING_ITEMS * count
+    number = lists[g, m.self_contact_list + lay.SELF_CONTACT_ENTRY * count]
+    o = m.self_contact_block + lay.SELF_CONTACT_ITEMS * count
     place = cursor
-    while place < old and lists[g, m.meeting_list_old + place] < number:
+    while place < old and lists[g, m.self_contact_list_old + place] < number:
         place += 1
-    memory = m.meeting_memory + lay.MEMORY_ITEMS * place
+    memory = m.self_contact_memory + lay.MEMORY_ITEMS * place
     zero = T.vec(0.0)
     same = zero < zero
-    if place < old and lists[g, m.meeting_list_old + place] == number:
-        same = S[g, memory] == S[g, o + lay.ME_KEY]
+    if place < old and lists[g, m.self_contact_list_old + place] == number:
+        same = S[g, memory] == S[g, o + lay.SC_KEY]
     for p in range(2):
-        point = o + lay.ME_POINTS + lay.MEETING_POINT_ITEMS * p
+        point = o + lay.SC_POINTS + lay.SELF_CONTACT_POINT_ITEMS * p
         keeps = same & (S[g, point + lay.MP_DEPTH] >= zero)
         for j in range(2):
             impulse = S[g, memory + 1 + 2 * p + j]
@@ -125,7 +125,7 @@ def _bound_voxels(S: ti.template(), g, m: ti.template(), T: ti.template()):
                 x = S[g, place + k * lay.BODY_ITEMS]
                 low = ti.min(low, x)
                 high = ti.max(high, x)
-            o = m.meeting_bounds + lay.BOUND_ITEMS * v + axis
+            o = m.self_contact_bounds + lay.BOUND_ITEMS * v + axis
             S[g, o] = low
             S[g, o + 2] = high
 
@@ -134,8 +134,8 @@ def _bound_voxels(S: ti.template(), g, m: ti.template(), T: ti.template()):
 def _neighbours(S: ti.template(), g, m: ti.template(), voxel1, voxel2, welded, T: ti.template()):
     """Whether squares of two voxels are near enough to meet in any lane: most pairs of voxels are
     told apart by their bounds."""
-    a = m.meeting_bounds + lay.BOUND_ITEMS * voxel1
-    b = m.meeting_bounds + lay.BOUND_ITEMS * voxel2
+    a = m.self_contact_bounds + lay.BOUND_ITEMS * voxel1
+    b = m.self_contact_bounds + lay.BOUND_ITEMS * voxel2
     gap = T.vec(0.0)
     for axis in range(2):
         gap = ti.max(gap, S[g, a + axis] - S[g, b + 2 + axis])
@@ -178,7 +178,7 @@ def _face(x, y, T: ti.template()):
 
 @ti.func
 def _collide(S: ti.template(), g, m: ti.template(), body1, body2, count, free, T: ti.template()):
-    """Writes the meeting of two squares as the one of this number, in all lanes at once.
+    """Writes the self-contact of two squares as the one of this number, in all lanes at once.
 
     Returns the lanes that have one, which are among the free ones; in the others its depths are
     negative and its effective masses zero.
@@ -187,7 +187,7 @@ def _collide(S: ti.template(), g, m: ti.template(), body1, body2, count, free, T
     dy = S[g, body2 + lay.Y] - S[g, body1 + lay.Y]
     hit = free & (dx * dx + dy * dy < T.f(_REACH**2))
     if any_lane(hit, T):
-        o = m.meeting_block + lay.MEETING_ITEMS * count
+        o = m.self_contact_block + lay.SELF_CONTACT_ITEMS * count
         hit = _clip(S, g, body1, body2, o, hit, dx, dy, T)
     return hit
 
@@ -235,16 +235,16 @@ def _clip(S: ti.template(), g, body1, body2, o, near, dx, dy, T: ti.template()):
         depth_high = below - q_high * rise
         hit = hit & (q_low <= q_high) & (ti.max(depth_low, depth_high) >= zero)
         key = (rx + T.f(3.0) * ry) + T.f(8.0) * (fx + T.f(3.0) * fy) + T.f(32.0) * sign
-        S[g, o + lay.ME_KEY] = ti.select(hit, key, zero)
-        S[g, o + lay.ME_NX] = nx * sign
-        S[g, o + lay.ME_NY] = ny * sign
+        S[g, o + lay.SC_KEY] = ti.select(hit, key, zero)
+        S[g, o + lay.SC_NX] = nx * sign
+        S[g, o + lay.SC_NY] = ny * sign
         for p in range(2):
             q = q_low
             deep = depth_low
             if p != 0:
                 q = q_high
                 deep = depth_high
-            point = o + lay.ME_POINTS + lay.MEETING_POINT_ITEMS * p
+            point = o + lay.SC_POINTS + lay.SELF_CONTACT_POINT_ITEMS * p
             touches = hit & (deep >= zero)
             S[g, point + lay.MP_DEPTH] = ti.select(touches, deep, minus)
             _store_arms(S, g, body1, body2, o, point, touches, swap, ex + wx * q, ey + wy * q, T)
@@ -257,7 +257,7 @@ def _store_arms(S: ti.template(), g, body1, body2, o, point, touches, swap, x, y
     the reference."""
     dx = S[g, body2 + lay.X] - S[g, body1 + lay.X]
     dy = S[g, body2 + lay.Y] - S[g, body1 + lay.Y]
-    nx, ny = S[g, o + lay.ME_NX], S[g, o + lay.ME_NY]
+    nx, ny = S[g, o + lay.SC_NX], S[g, o + lay.SC_NY]
     normal = T.vec(2.0)  # inverse effective masses
     tangential = T.vec(2.0)
     zero = T.vec(0.0)
