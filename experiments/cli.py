@@ -8,38 +8,63 @@ from __future__ import annotations
 import contextlib
 import functools
 import io
+import logging
 import re
 import sys
 from collections.abc import Callable
+from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import tyro
 from tyro.extras import SubcommandApp
 
+from experiments import process, terminal
 from experiments.analysis.film_options import FilmOptions
 from experiments.campaign.options import CampaignOptions
 from experiments.config import EvolveConfig
 
 __all__ = ["main"]
 
-_SYSTEM_ERROR, _USAGE_ERROR, _INTERRUPTED = 1, 2, 130
+_SYSTEM_ERROR, _USAGE_ERROR, _INTERRUPTED, _TERMINATED = 1, 2, 130, 143
+_QUIET = ("--quiet", "-q")
+_DESCRIPTION = """Evolve controllers of soft robots whose synapses change while they act.
 
-app = SubcommandApp()
+Every command takes --quiet (-q): nothing but warnings and errors. `hebbtorch --version` prints
+the version; with NO_COLOR set, nothing is coloured."""
+
+_COMMANDS: list[Callable[..., None]] = []
 
 
 def _command(function: Callable[..., None]) -> Callable[..., None]:
-    """Registers a command: the arguments are read first, and it runs when all of them are."""
-
-    @functools.wraps(function)
-    def read(*args: Any, **kwargs: Any) -> Any:
-        return functools.partial(function, *args, **kwargs)
-
-    app.command(read)
+    """Registers a command."""
+    _COMMANDS.append(function)
     return function
 
 
+def _app(chosen: str) -> SubcommandApp:
+    """All commands. The arguments are read first, and a command runs when all of them are.
+
+    Args:
+        chosen: the command whose help shows its examples; the list of commands shows none.
+    """
+    app = SubcommandApp()
+    for function in _COMMANDS:
+
+        def read(*args: Any, _call: Callable[..., None] = function, **kwargs: Any) -> Any:
+            if kwargs.get("seed", 0) < 0:
+                raise ValueError(f"seed: expected an integer >= 0, got {kwargs['seed']}")
+            return functools.partial(_call, *args, **kwargs)
+
+        functools.update_wrapper(read, function)
+        if function.__name__ != chosen:
+            read.__doc__ = re.sub(r"\n    For example:\n(        .*\n)+", "", read.__doc__ or "")
+        app.command(read)
+    return app
+
+
 _Folder = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
+_Report = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|ROOT")]
 _Roots = Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="ROOT [ROOT ...]")]
 _Root = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="ROOT")]
 _Studies = Annotated[
@@ -55,10 +80,16 @@ def evolve(
 ) -> None:
     """Evolve controllers; one or several runs.
 
+    For example:
+        hebbtorch evolve --generations 60 --out runs/first
+        hebbtorch evolve --shape worm-7x1 --sensors high --runs 10
+        hebbtorch evolve --resume runs/first
+
     Args:
         config: the options.
         out: New folder for the run; by default, a free name in runs/.
-        resume: Folder of a run to go on with, exactly; its options are those it has.
+        resume: Folder of a run to go on with, exactly; its options are those it has. With
+            --generations beside it, the run gets that length.
     """
     from experiments.evolution import evolve as evolution
 
@@ -66,12 +97,13 @@ def evolve(
     if resume is None:
         evolution.evolve(config, out or _free_folder(config))
         return
-    if out is not None or config != EvolveConfig():
+    if out is not None or config != EvolveConfig(generations=config.generations):
         raise ValueError(
-            "resume: expected no other option, since a run goes on with those it has; "
-            f"got some: use --resume {resume} alone, or start anew with --out"
+            "resume: expected no other option than --generations, since a run goes on with those "
+            f"it has; got some: use --resume {resume} alone, or start anew with --out"
         )
-    evolution.resume(resume)
+    asked = any(word.split("=")[0] == "--generations" for word in sys.argv)
+    evolution.resume(resume, config.generations if asked else None)
 
 
 @_command
@@ -84,6 +116,10 @@ def evaluate(
     out: Path | None = None,
 ) -> None:
     """Re-assess the champions of a run on terrains that its evolution never met.
+
+    For example:
+        hebbtorch evaluate runs/first
+        hebbtorch evaluate runs/first --terrain flat --damage half
 
     Args:
         folder: Folder of the run.
@@ -115,6 +151,10 @@ def freeze(
 ) -> None:
     """Freeze the champions' weights at each second of a life, and see how they walk from then on.
 
+    For example:
+        hebbtorch freeze runs/first
+        hebbtorch freeze runs/first --terrains 10
+
     Args:
         folder: Folder of the run.
         terrains: Number of unseen terrains on which each snapshot lives.
@@ -130,7 +170,7 @@ def freeze(
 @_command
 def render(
     folder: _Folder,
-    options: Annotated[FilmOptions, tyro.conf.arg(name="")],
+    look: FilmOptions,
     run: int | None = None,
     start: float | None = None,
     seconds: float = 8.0,
@@ -140,9 +180,14 @@ def render(
 ) -> None:
     """Draw the gait of a run's champion: a page of stills, an MP4 and, if it is short, a GIF.
 
+    For example:
+        hebbtorch render runs/first
+        hebbtorch render runs/first --start 0 --seconds 60 --gif no
+        hebbtorch render runs/first --beside damaged frozen --stills png pdf
+
     Args:
         folder: Folder of the run.
-        options: How films and stills look.
+        look: How films and stills look.
         run: Which one, if the folder has several; by default that of the best champion.
         start: Beginning of the film [s]; by default after the robot has learned to walk.
         seconds: Length of the film [s].
@@ -158,14 +203,14 @@ def render(
     _one_thread()
     with counted("picture") as progress:
         files = film.film_run(
-            folder, run=run, out=out, seed=seed, start=start, seconds=seconds, options=options,
+            folder, run=run, out=out, seed=seed, start=start, seconds=seconds, options=look,
             progress=progress,
         )  # fmt: skip
     if beside:
         with counted("picture") as progress:
             files += comparison.film_beside(
                 folder, beside, run=run, out=out, seed=seed, start=start, seconds=seconds,
-                options=options, progress=progress,
+                options=look, progress=progress,
             )  # fmt: skip
     for path in files:
         print(f"wrote {path}")
@@ -179,6 +224,10 @@ def validate(
     seed: int = 0,
 ) -> None:
     """Compare the simulator with recorded runs; exit code 1 if any case fails.
+
+    For example:
+        hebbtorch validate
+        hebbtorch validate --out pictures --json validation.json
 
     Args:
         reference: Folder of recorded runs; by default the project's own copy.
@@ -204,6 +253,10 @@ def bench(
 ) -> None:
     """Measure how fast everything runs here, and compare it with recorded baselines.
 
+    For example:
+        hebbtorch bench --quick
+        hebbtorch bench --profile --out bench
+
     Args:
         json: File for the table in JSON.
         out: Folder for the table in JSON and in Markdown; by default it is only printed.
@@ -227,6 +280,10 @@ def campaign(
 ) -> None:
     """Run studies: every condition with all its seeds, then analyses and figures; resumable.
 
+    For example:
+        hebbtorch campaign effectiveness --runs 3 --generations 100 --out runs/look --dry-run
+        hebbtorch campaign paper --out runs/paper
+
     Args:
         studies: Names of studies: those of experiments/studies, "paper" for all of the paper's,
             "all" for all there are.
@@ -242,8 +299,33 @@ def campaign(
 
 
 @_command
+def report(folder: _Report, seed: int = 0, out: Path | None = None) -> None:
+    """Write one HTML page about a run or a campaign, to read or to send; it needs no network.
+
+    A run's page shows its champion's episode to scrub, with weights, activations and speed at the
+    same time; a campaign's the table of its conditions, their curves, figures and verdicts.
+
+    For example:
+        hebbtorch report runs/first
+        hebbtorch report runs/paper --out paper.html
+
+    Args:
+        folder: Folder of a finished run or of a campaign.
+        seed: Decides terrain, sensor noise and damage of the episodes shown.
+        out: HTML file; by default report.html in the folder.
+    """
+    from experiments.report.page.command import report as write_report
+
+    _one_thread()
+    write_report(folder, out, seed)
+
+
+@_command
 def pack(root: _Root, out: Path, seed: int = 0) -> None:
     """Put a campaign into few files: champions, tables, checksums, figures and report.
+
+    For example:
+        hebbtorch pack runs/paper --out paper
 
     Args:
         root: Folder of a campaign, or any folder with finished runs below it.
@@ -262,6 +344,9 @@ def pack(root: _Root, out: Path, seed: int = 0) -> None:
 def unpack(bundle: _Root, out: Path) -> None:
     """Restore the folders of the runs of a packed campaign, to render, evaluate or freeze them.
 
+    For example:
+        hebbtorch unpack paper --out runs/paper
+
     Args:
         bundle: Folder that `pack` wrote.
         out: New folder for the runs.
@@ -276,6 +361,10 @@ def unpack(bundle: _Root, out: Path) -> None:
 def figures(roots: _Roots, seed: int = 0, out: Path | None = None) -> None:
     """Draw the paper's figures from finished runs, with their statistics and a report.
 
+    For example:
+        hebbtorch figures runs/paper
+        hebbtorch figures runs/a runs/b --out figures
+
     Args:
         roots: Folder of a campaign, packed or not, or any folders with finished runs below them.
         seed: Decides the resampling behind the bootstrap intervals.
@@ -287,26 +376,44 @@ def figures(roots: _Roots, seed: int = 0, out: Path | None = None) -> None:
 
 
 def main() -> None:
-    """Run the command that sys.argv names. A user's mistake is one line and exit code 2."""
+    """Run the command that sys.argv names. A user's mistake is one line and exit code 2.
+
+    Besides the commands, --version and --quiet are known, the latter anywhere among the options.
+    """
+    process.prepare()
+    arguments = sys.argv[1:]
+    quiet = [each for each in arguments if each in _QUIET]
+    arguments = [each for each in arguments if each not in _QUIET]
+    logging.basicConfig(format="%(message)s", level=logging.WARNING)
     try:
-        _read_arguments()()
+        if arguments == ["--version"]:
+            print(f"hebbtorch {version('hebbtorch')}")
+            return
+        command = _read_arguments(arguments or ["--help"])
+        with terminal.quiet() if quiet else contextlib.nullcontext():
+            command()
     except ValueError as error:
         print(f"hebbtorch: {error}", file=sys.stderr)
         sys.exit(_USAGE_ERROR)
     except OSError as error:
         print(f"hebbtorch: {error}", file=sys.stderr)
         sys.exit(_SYSTEM_ERROR)
+    except process.Terminated:
+        sys.exit(_TERMINATED)
     except KeyboardInterrupt:
         sys.exit(_INTERRUPTED)
 
 
-def _read_arguments() -> Callable[[], None]:
+def _read_arguments(arguments: list[str]) -> Callable[[], None]:
     """What the command line asks for. tyro's framed complaints become one line."""
     complaint = io.StringIO()
     try:
         with contextlib.redirect_stderr(complaint):
-            command: Callable[[], None] = app.cli(
-                prog="hebbtorch", description="Evolve soft robots whose brains learn for life."
+            command: Callable[[], None] = _app(arguments[0]).cli(
+                prog="hebbtorch",
+                description=_DESCRIPTION,
+                args=arguments,
+                config=(tyro.conf.OmitArgPrefixes,),
             )
     except SystemExit as stop:
         if stop.code and complaint.getvalue():

@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
+import os
 import sys
+from collections.abc import Iterator
 
-__all__ = ["LOG", "be_quiet", "is_interactive", "is_told", "say"]
+__all__ = ["LOG", "is_interactive", "is_told", "quiet", "say"]
 
 LOG = logging.getLogger("hebbtorch")
 """Warnings, and what failed without ending the command."""
 
-_quiet = False
 
-
-def be_quiet(quiet: bool = True) -> None:
-    """Tell nothing but warnings and errors from now on."""
-    global _quiet
-    _quiet = quiet
+@contextlib.contextmanager
+def quiet() -> Iterator[None]:
+    """Tell nothing but warnings and errors within this context."""
+    with open(os.devnull, "w") as nowhere, contextlib.redirect_stdout(nowhere):
+        yield
 
 
 def is_told() -> bool:
     """Whether anything is told at all."""
-    return not _quiet and sys.stdout is not None
+    return sys.stdout is not None and getattr(sys.stdout, "name", "") != os.devnull
 
 
 def is_interactive() -> bool:

@@ -36,6 +36,8 @@ from hebbtorch.state import State
 from hebbtorch.stateful import Stateful, keep_local
 from hebbtorch.static import StaticMLP, StaticRNN
 
+__version__ = "0.2.0"
+
 __all__ = [
     "RULES",
     "SHARINGS",

@@ -356,4 +356,4 @@ def _integer(name: str, value: object, least: int | None) -> int:
     if not is_integer or (least is not None and value < least):  # type: ignore[operator]
         range_ = "" if least is None else f" of at least {least}"
         raise ValueError(f"{name}: expected an integer{range_}, got {value!r}")
-    return int(value)  # type: ignore[call-overload, no-any-return]
+    return int(value)  # type: ignore[call-overload]

@@ -31,6 +31,7 @@ class Batch:
         terrains: one per world, or None without ground.
         profiles: their points, (places, K, 2), as kernels take them.
         segments: of terrain that the window of a group must hold; 0 without ground.
+        extent: width of that window [m].
         seeds: of noise and damage, (N,) int64 in [0, 2^32).
         episodes: that each world has ended since it got its seed, (N,) int64.
     """
@@ -65,7 +66,7 @@ class Batch:
         self.seeds = seeds
         self.episodes = np.zeros(len(seeds), dtype=np.int64)
         self._morphology = morphology
-        self._extent = extent
+        self.extent = extent
         self._lifetimes = np.minimum(lifetimes, st.ENDLESS)
         self._damage = damage
         self._like = like
@@ -113,7 +114,7 @@ class Batch:
             rows = {t: checks.padded(t, self.profiles.shape[1]) for t in fresh}
             table = torch.from_numpy(np.stack([rows[terrain] for terrain in terrains]))
             self.profiles[torch.from_numpy(chosen)] = table.to(self.profiles)
-        needed = max(checks.segments_within(t.xs, self._extent) for t in fresh)
+        needed = max(checks.segments_within(t.xs, self.extent) for t in fresh)
         grows = needed > self.segments
         self.segments = max(self.segments, needed)
         return grows
@@ -145,10 +146,8 @@ class Batch:
         bodies[..., :_POSE_ITEMS] = self._first_poses(chosen).to(states)
         seeds = self._episode_seeds(chosen)
         numbers = np.stack([self._lifetimes[chosen], seeds & 0xFFFF, seeds >> 16], 1)
-        header = states[:, layout.header : layout.header + lay.HEADER_ITEMS]
-        header[:, [lay.H_LIFE, lay.H_SEED_LOW, lay.H_SEED_HIGH]] = torch.from_numpy(numbers).to(
-            states
-        )
+        own = slice(layout.header + lay.H_LIFE, layout.header + lay.H_SEED_HIGH + 1)
+        states[:, own] = torch.from_numpy(numbers).to(states)
         if self._damage is not None:
             times = self._damage_times(self._damage, chosen, seeds)
             voxels[:, :, lay.BREAKS : lay.MENDS + 1] = times.to(states)

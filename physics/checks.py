@@ -19,6 +19,7 @@ from physics.scene.terrain import Terrain
 _WORD = 2**64 - 1
 _MOST_LANES = 32
 _PAD_STEP = 1e4  # distance of the points that make shorter profiles as long as the longest [m]
+_ROUNDING = 0.01  # of abscissas, as float32 and float64 may differ [m]
 
 
 def integer(name: str, value: Any, least: int = 0) -> int:
@@ -92,6 +93,13 @@ def tensor(name: str, value: Any, **sizes: int | None) -> Tensor:
         got = type(value).__name__ if shape is None else f"shape {shape}"
         raise ValueError(f"{name}: expected a tensor of shape ({words}), got {got}")
     return value
+
+
+def finite_numbers(name: str, values: Tensor) -> None:
+    """Raises unless all numbers of a tensor are finite. Their sum is looked at first, which is
+    not finite if one of them is not, and is cheap."""
+    if not math.isfinite(values.sum().item()) and not bool(torch.isfinite(values).all()):
+        raise ValueError(f"{name}: expected finite numbers, got NaN or infinity")
 
 
 def device(spec: str | torch.device) -> torch.device:
@@ -254,7 +262,7 @@ def padded(terrain: Terrain, points: int) -> np.ndarray:
 
 
 def segments_within(xs: np.ndarray, extent: float) -> int:
-    """The most segments that an interval of this width can meet, and one more because a
-    window starts with an even segment."""
-    reached = np.searchsorted(xs, xs + extent, side="right") - np.arange(len(xs))
-    return int(min(reached.max() + 1, len(xs)))
+    """The most segments that an interval of this width can meet: the one it starts in, those that
+    start within it, and one more because a window starts with an even segment."""
+    reached = np.searchsorted(xs, xs + (extent + _ROUNDING), side="right") - np.arange(len(xs))
+    return int(min(reached.max() + 2, len(xs)))

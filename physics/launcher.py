@@ -77,6 +77,7 @@ class Launcher(Observed):
             self._gravity,
             self._noise,
             self._batch.segments,
+            self._batch.extent,
             self.damage.mode if self.damage else "rest",
             max_steps,
             self.lanes,
@@ -104,7 +105,7 @@ class Launcher(Observed):
             st.replace(self._state, chosen, states)
 
     def _look(self, chosen: np.ndarray | None = None) -> Tensor | None:
-        """Contacts and readings of the present poses.
+        """Contacts and readings of the present poses, which have just been changed.
 
         Args:
             chosen: numbers of the worlds whose poses have changed; None: of all.
@@ -112,13 +113,14 @@ class Launcher(Observed):
         Returns:
             Readings of all worlds.
         """
+        self._center = None
         self._steps = int(self._state.header(lay.H_STEP).max())
         whole = self._grouping.whole
         if chosen is None or len(chosen) == self.n_worlds:
             readings, ranges = self._readings(), iter([(0, whole.count)])
         else:
             readings, ranges = self._last_readings(), _ranges(np.unique(chosen // self.lanes))
-        actions = readings.new_zeros(1, self.n_worlds, self.n_voxels)
+        actions = readings.new_empty(1, self.n_worlds, self.n_voxels)  # not read
         tensors = *self.kernel_tensors(whole.program), actions, readings
         for first, count in ranges:
             kernel = kernels.play(whole.program)
@@ -127,14 +129,15 @@ class Launcher(Observed):
 
     def _play(self, actions: Tensor, readings: Tensor, begin: int, end: int) -> None:
         """Runs the kernel for given actuations on all worlds."""
+        self._center = None
         for part in self._grouping.parts_for(end - begin):
             tensors = *self.kernel_tensors(part.program), actions, readings
             kernel = kernels.play(part.program)
             kernel(*tensors, begin, end, part.first, part.count, part.chunks)
 
     def _readings(self) -> Tensor:
-        """Room for readings."""
-        return torch.zeros(
+        """Room for readings, which kernels fill."""
+        return torch.empty(
             self.n_worlds, max(1, self.n_readings), dtype=self.dtype, device=self.device
         )
 

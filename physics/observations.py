@@ -25,6 +25,7 @@ class Observed:
     n_readings: int
     _state: State
     _steps: int  # since the last reset of all worlds
+    _center: Tensor | None = None  # of mass, if it was asked for since worlds moved
 
     @property
     def time(self) -> float:
@@ -56,7 +57,9 @@ class Observed:
 
     def center_of_mass(self) -> Tensor:
         """Mean of the voxel centres [m], (N, 2)."""
-        return self.voxel_centers().mean(1)
+        if self._center is None:
+            self._center = self.voxel_centers().mean(1)
+        return self._center.clone()
 
     def area_ratios(self) -> Tensor:
         """Area of each voxel over its area at rest, (N, V)."""

@@ -221,8 +221,8 @@ class Simulator(Launcher):
             "actuations", actuations, steps=None, worlds=self.n_worlds, voxels=self.n_voxels
         )
         actions = actuations.detach().to(self.device, self.dtype).contiguous()
-        if self.device.type == "cpu" and not bool(torch.isfinite(actions).all()):
-            raise ValueError("actuation: expected finite numbers, got NaN or infinity")
+        if self.device.type == "cpu":
+            checks.finite_numbers("actuation", actions)
         steps = len(actions) * self.control_interval
         self._reserve(steps)
         readings = self._readings()
@@ -263,7 +263,7 @@ class Simulator(Launcher):
             )
         engine_steps = steps * self.control_interval
         self._reserve(engine_steps)
-        self._at_start = False
+        self._center, self._at_start = None, False
         for part in self._grouping.parts_for(engine_steps):
             tensors = *self.kernel_tensors(part.program), part.program.packed(brain)
             kernel(part.program)(*tensors, steps, part.first, part.count, part.chunks)
@@ -313,7 +313,7 @@ class Simulator(Launcher):
         checks.tensor("poses", poses, steps=None, **self._squares())
         checks.tensor("velocities", velocities, steps=len(poses), **self._squares())
         self._reserve(len(poses))
-        readings = self._readings().new_zeros(len(poses), self.n_worlds, self.n_readings)
+        readings = self._readings().new_empty(len(poses), self.n_worlds, self.n_readings)
         for k, pose in enumerate(poses):
             self._state.header(lay.H_STEP).add_(1.0)
             now = self.set_poses(pose, velocities[k])

@@ -21,6 +21,7 @@ from experiments.campaign.grid import MACHINE_OPTIONS, Condition, Scale
 from experiments.campaign.study import Study
 from experiments.config import EvolveConfig
 from experiments.files.atomic import write_atomically
+from experiments.files.formats import require_format
 from experiments.files.locks import LOCK, lock_folder
 from experiments.runs.champions import Champions
 from experiments.runs.folder import read_checkpoint, read_config
@@ -161,13 +162,12 @@ class CampaignRoot:
         path = self.path / _FILE
         if path.is_file():
             try:
-                content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-                if content["format"] != _FORMAT:
-                    raise ValueError(f"format {content['format']}, expected {_FORMAT}")
+                content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8-sig"))
+                require_format(content["format"], _FORMAT)
                 Scale(**content["scale"]).validate()
                 if not isinstance(content["studies"], dict):
                     raise ValueError("studies: expected an object")
-            except (OSError, KeyError, TypeError, ValueError) as error:
+            except (OSError, KeyError, TypeError, ValueError, RecursionError) as error:
                 raise ValueError(f"out: cannot use {str(path)!r}: {error}") from error
             return content
         if self.path.is_dir():

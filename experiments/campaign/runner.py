@@ -122,7 +122,8 @@ class Campaign:
         try:
             call(*arguments)
         except Exception as error:  # whatever it is, the other conditions can go on
-            traceback.print_exc()
+            if not isinstance(error, ValueError | OSError):
+                traceback.print_exc()
             self.fail(what, (str(error) or type(error).__name__).splitlines()[0])
 
     def _expected_end(self) -> str:

@@ -53,9 +53,8 @@ def read_study(path: Path) -> Study:
         ValueError: the file cannot be read, or is not such a grid.
     """
     try:
-        with path.open("rb") as file:
-            content = tomllib.load(file)
-    except (OSError, tomllib.TOMLDecodeError) as error:
+        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except (OSError, ValueError, RecursionError) as error:
         raise ValueError(f"grid: cannot read {str(path)!r}: {error}") from None
     if unknown := sorted(content.keys() - {"base", "axes"}):
         raise ValueError(f"grid: expected tables [base] and [axes], got {', '.join(unknown)}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
 from torch import Tensor
@@ -43,17 +44,19 @@ def evolve(config: EvolveConfig, folder: Path) -> None:
         _run(session)
 
 
-def resume(folder: Path) -> None:
+def resume(folder: Path, generations: int | None = None) -> None:
     """Go on with an evolution exactly as if it had not been stopped.
 
     Args:
         folder: of the run.
+        generations: how many it shall have from now on, as if it had been started with them;
+            None: as many as before.
 
     Raises:
         ValueError: the folder cannot be used; nothing was changed then.
         KeyboardInterrupt: it was stopped again.
     """
-    with Session.resume(folder) as session:
+    with Session.resume(folder, generations) as session:
         _run(session)
 
 
@@ -133,24 +136,30 @@ class Session:
         return cls(evolution, RunStore.create(folder, config, start), start, archive, overview)
 
     @classmethod
-    def resume(cls, folder: Path, *, overview: Path | None = None) -> Session:
+    def resume(
+        cls, folder: Path, generations: int | None = None, *, overview: Path | None = None
+    ) -> Session:
         """Take up an evolution where it stood.
 
         Args:
             folder: of the run.
+            generations: as in `resume` of this module.
             overview: as in `create`.
 
         Raises:
             ValueError: the folder cannot be used; nothing was changed then.
         """
-        store, checkpoint = RunStore.resume(folder)
+        store, checkpoint = RunStore.resume(folder, generations)
         with ExitStack() as undo:
             undo.enter_context(store)
             evolution = Evolution(store.config)
             evolution.strategy.load_state_dict(checkpoint.strategy)
-            archive = Archive.load(folder)
+            archive = Archive.load(store.folder)
             if archive is None:
                 archive = Archive.empty(store.config, evolution.evaluator.n_genes)
+            if archive.config != store.config:  # the run was given another length
+                archive = replace(archive, config=store.config)
+                archive.save(store.folder)
             undo.pop_all()
         own = archive.until(checkpoint.generation)
         return cls(evolution, store, checkpoint, own, overview)
@@ -242,6 +251,12 @@ def _run(session: Session) -> None:
             while not session.evolved:
                 progress.show(*session.step())
         present(session.folder, session.finish())
+    except OSError as error:
+        what = f"{error.strerror or error}, {error.filename or session.folder}"
+        raise OSError(
+            f"cannot write: {what}; make room, then go on with: hebbtorch evolve --resume "
+            f"{session.folder}"
+        ) from error
     except KeyboardInterrupt:
         terminal.say(f"stopped; go on with: hebbtorch evolve --resume {session.folder}")
         raise

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 
-__all__ = ["write_atomically"]
+__all__ = ["remove_leftovers", "write_atomically"]
+
+_SUFFIX = ".tmp"
 
 
 def write_atomically(path: Path, content: bytes) -> None:
@@ -15,9 +19,25 @@ def write_atomically(path: Path, content: bytes) -> None:
         path: The file, in an existing folder.
         content: What it shall hold.
     """
-    temporary = path.with_name(path.name + ".tmp")
-    with temporary.open("wb") as file:
-        file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(temporary, path)
+    temporary = path.with_name(path.name + _SUFFIX)
+    try:
+        with temporary.open("wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(temporary, path)
+    except OSError:  # a full disk keeps no half of it
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+        raise
+
+
+def remove_leftovers(folder: Path, names: Iterable[str]) -> None:
+    """Remove what a kill left of files that were being replaced.
+
+    Args:
+        folder: Which no other process writes into.
+        names: Of the files.
+    """
+    for name in names:
+        folder.joinpath(name + _SUFFIX).unlink(missing_ok=True)

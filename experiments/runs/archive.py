@@ -6,13 +6,11 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-import safetensors
-import safetensors.torch
 import torch
 from torch import Tensor
 
 from experiments.config import EvolveConfig
-from experiments.files.atomic import write_atomically
+from experiments.files.tensors import read_tensors, write_tensors
 from experiments.runs.names import ARCHIVE
 
 __all__ = ["ARCHIVE_INTERVAL", "Archive"]
@@ -43,9 +41,9 @@ class Archive:
         """An archive without any generation yet."""
         return cls(
             config,
-            torch.empty(0, dtype=torch.int64),
-            torch.empty(0, config.runs, n_genes),
-            torch.empty(0, config.runs, dtype=torch.float64),
+            torch.empty(0, dtype=torch.int64, device="cpu"),
+            torch.empty(0, config.runs, n_genes, dtype=torch.float32, device="cpu"),
+            torch.empty(0, config.runs, dtype=torch.float64, device="cpu"),
         )
 
     @staticmethod
@@ -62,10 +60,10 @@ class Archive:
             fitness: shape (runs, population) [m/s], NaN where an individual failed.
         """
         best = fitness.nan_to_num(nan=-math.inf).argmax(1)
-        runs = torch.arange(len(best))
+        runs = torch.arange(len(best), device="cpu")
         return Archive(
             self.config,
-            torch.cat([self.generations, torch.tensor([generation])]),
+            torch.cat([self.generations, torch.tensor([generation], device="cpu")]),
             torch.cat([self.genomes, genomes[runs, best].detach().cpu()[None]]),
             torch.cat([self.fitness, fitness[runs, best].double().cpu()[None]]),
         )
@@ -78,12 +76,11 @@ class Archive:
     def save(self, folder: Path) -> Path:
         """Write the file into a run's folder, in place of the one that may be there."""
         tensors = {
-            "generations": self.generations.contiguous(),
-            "genomes": self.genomes.contiguous(),
-            "fitness": self.fitness.contiguous(),
+            "generations": self.generations,
+            "genomes": self.genomes,
+            "fitness": self.fitness,
         }
-        content = safetensors.torch.save(tensors, metadata={"config": self.config.to_json()})
-        write_atomically(folder / ARCHIVE, content)
+        write_tensors(folder / ARCHIVE, tensors, self.config.to_json())
         return folder / ARCHIVE
 
     @classmethod
@@ -100,11 +97,12 @@ class Archive:
         if not path.is_file():
             return None
         try:
-            with safetensors.safe_open(path, framework="pt") as file:
-                config = EvolveConfig.from_json(file.metadata()["config"])
-                names = ("generations", "genomes", "fitness")
-                return cls(config, *(file.get_tensor(name) for name in names))
-        except (safetensors.SafetensorError, KeyError, TypeError, ValueError) as error:
+            names = ("generations", "genomes", "fitness")
+            tensors, text = read_tensors(path, names)
+            config = EvolveConfig.from_json(text)
+            config.validate()
+            return cls(config, *(tensors[name] for name in names))
+        except ValueError as error:
             raise ValueError(
                 f"run: cannot read {str(path)!r}: {error}; put back a copy of it, or remove it to "
                 "go on without the generations in it"

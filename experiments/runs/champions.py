@@ -6,12 +6,10 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-import safetensors
-import safetensors.torch
 from torch import Tensor
 
 from experiments.config import EvolveConfig
-from experiments.files.atomic import write_atomically
+from experiments.files.tensors import read_tensors, write_tensors
 from experiments.runs.names import CHAMPIONS
 
 __all__ = ["Champions"]
@@ -38,9 +36,8 @@ class Champions:
 
     def save(self, folder: Path) -> Path:
         """Write the file into a run's folder, in place of the one that may be there."""
-        tensors = {"genomes": self.genomes.contiguous(), "fitness": self.fitness.double()}
-        content = safetensors.torch.save(tensors, metadata={"config": self.config.to_json()})
-        write_atomically(folder / CHAMPIONS, content)
+        tensors = {"genomes": self.genomes, "fitness": self.fitness.double()}
+        write_tensors(folder / CHAMPIONS, tensors, self.config.to_json())
         return folder / CHAMPIONS
 
     @classmethod
@@ -58,8 +55,12 @@ class Champions:
                 f"finish it with `hebbtorch evolve --resume {folder}`"
             )
         try:
-            with safetensors.safe_open(path, framework="pt") as file:
-                config = EvolveConfig.from_json(file.metadata()["config"])
-                return cls(config, file.get_tensor("genomes"), file.get_tensor("fitness"))
-        except (safetensors.SafetensorError, KeyError, TypeError, ValueError) as error:
+            tensors, text = read_tensors(path, ("genomes", "fitness"))
+            config = EvolveConfig.from_json(text)
+            config.validate()
+            genomes, fitness = tensors["genomes"], tensors["fitness"]
+            if genomes.shape[:-1] != fitness.shape or fitness.shape != (config.runs,):
+                raise ValueError(f"expected {config.runs} genomes and as many fitness values")
+            return cls(config, genomes, fitness)
+        except ValueError as error:
             raise ValueError(f"run: cannot read {str(path)!r}: {error}") from error

@@ -18,17 +18,18 @@ import shutil
 import zipfile
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import IO, Any
 
 import torch
 
 from experiments.config import EvolveConfig
-from experiments.files.atomic import write_atomically
+from experiments.files.atomic import remove_leftovers, write_atomically
+from experiments.files.formats import require_format
 from experiments.files.locks import LOCK, lock_folder
 from experiments.runs.history import History
-from experiments.runs.names import CHECKPOINT, CONFIG, HISTORY
+from experiments.runs.names import ARCHIVE, CHAMPIONS, CHECKPOINT, CONFIG, HISTORY
 
 __all__ = [
     "Checkpoint",
@@ -80,46 +81,100 @@ class RunStore:
         Raises:
             ValueError: the folder is not empty, or cannot be written.
         """
+        folder = Path(os.path.abspath(folder))  # whatever the working directory becomes
         with _readable_errors(folder):
             _refuse_occupied(folder)
-            draft = folder.with_name(f".{folder.name}.{secrets.token_hex(4)}")
+            if folder.is_dir():
+                return cls._create_within(folder, config, start)
+            # A name of its own, since a long one has no room for more.
+            draft = folder.with_name(f".hebbtorch-{secrets.token_hex(4)}")
             draft.mkdir(parents=True)
             with ExitStack() as undo:
                 undo.callback(shutil.rmtree, draft, ignore_errors=True)
-                store = cls(draft, config, undo.enter_context(lock_folder(draft)))
-                (draft / CONFIG).write_text(config.to_json(), encoding="utf-8")
-                store.save(start)
-                start.history.write(store.history_file)
+                lock = undo.enter_context(lock_folder(draft))
+                store = cls._fill(draft, config, start, lock)
                 os.rename(draft, folder)  # fails if something came between
                 undo.pop_all()
             store.folder = folder
             return store
 
     @classmethod
-    def resume(cls, folder: Path) -> tuple[RunStore, Checkpoint]:
+    def _create_within(cls, folder: Path, config: EvolveConfig, start: Checkpoint) -> RunStore:
+        """Make an existing, empty folder a run's: a link, a mount point, the working directory.
+
+        It cannot be replaced by another one. A kill leaves files that the next try takes away.
+        """
+        with ExitStack() as undo:
+            lock = undo.enter_context(lock_folder(folder))
+            _refuse_occupied(folder)  # again, now that no other process comes between
+            for name in (LOCK, CHECKPOINT, HISTORY, CONFIG):
+                undo.callback(folder.joinpath(name).unlink, missing_ok=True)
+            store = cls._fill(folder, config, start, lock)
+            undo.pop_all()
+        return store
+
+    @classmethod
+    def _fill(
+        cls, folder: Path, config: EvolveConfig, start: Checkpoint, lock: IO[str]
+    ) -> RunStore:
+        """Write the first files; the one that makes the folder a run's is the last."""
+        store = cls(folder, config, lock)
+        write_atomically(folder / CHECKPOINT, store._content(start))
+        start.history.write(store.history_file)
+        write_atomically(folder / CONFIG, config.to_json().encode())
+        return store
+
+    @classmethod
+    def resume(cls, folder: Path, generations: int | None = None) -> tuple[RunStore, Checkpoint]:
         """Open a run's folder to go on, and read where it stood.
 
         Files that run ahead of the checkpoint are cut back to it, once it is found good.
 
+        Args:
+            folder: of the run.
+            generations: how many the run shall have from now on; None: as many as before.
+
         Raises:
             ValueError: it is not a run's folder, another process works there, its checkpoint is
-                damaged, or its options were changed.
+                damaged, its options were changed, or it has done more generations.
         """
+        folder = Path(os.path.abspath(folder))
         config = read_config(folder)
-        with _readable_errors(folder):
+        with _readable_errors(folder, "see that it can be written, and try again"):
             with ExitStack() as undo:
                 store = cls(folder, config, undo.enter_context(lock_folder(folder)))
                 checkpoint = read_checkpoint(folder, config)
+                if generations is not None:
+                    store._extend(generations, checkpoint.generation)
+                remove_leftovers(folder, (CHECKPOINT, CONFIG, HISTORY, ARCHIVE, CHAMPIONS))
                 checkpoint.history.write(store.history_file)
                 undo.pop_all()
             return store, checkpoint
+
+    def _extend(self, generations: int, done: int) -> None:
+        """Give the run another length."""
+        config = replace(self.config, generations=generations)
+        config.validate()
+        if generations < done:
+            raise ValueError(
+                f"generations: expected at least the {done} that are done, got {generations}"
+            )
+        if config != self.config:
+            write_atomically(self.folder / CONFIG, config.to_json().encode())
+            self.config = config
 
     def save(self, checkpoint: Checkpoint) -> None:
         """Replace the checkpoint; whatever happens meanwhile, the old or the new one is there.
 
         Raises:
-            ValueError: it cannot be written.
+            OSError: it cannot be written.
         """
+        content = self._content(checkpoint)
+        self.require_own()
+        write_atomically(self.folder / CHECKPOINT, content)
+
+    def _content(self, checkpoint: Checkpoint) -> bytes:
+        """Of the file."""
         content = {
             "format": _FORMAT,
             "config": self.config.to_json(),
@@ -129,9 +184,7 @@ class RunStore:
         }
         buffer = io.BytesIO()
         torch.save(content, buffer)
-        self.require_own()
-        with _readable_errors(self.folder):
-            write_atomically(self.folder / CHECKPOINT, buffer.getvalue())
+        return buffer.getvalue()
 
     def require_own(self) -> None:
         """See that the folder is still the one that this process has locked.
@@ -171,7 +224,7 @@ def read_config(folder: Path) -> EvolveConfig:
             "name a folder that `hebbtorch evolve` wrote"
         )
     try:
-        config = EvolveConfig.from_json(path.read_text(encoding="utf-8"))
+        config = EvolveConfig.from_json(path.read_text(encoding="utf-8-sig"))
         config.validate()
     except (ValueError, OSError) as error:
         raise ValueError(f"run: cannot use {str(path)!r}: {error}") from error
@@ -195,8 +248,7 @@ def read_checkpoint(folder: Path, config: EvolveConfig) -> Checkpoint:
             if damaged := archive.testzip():
                 raise ValueError(f"wrong checksum in {damaged}")
         content = torch.load(path, weights_only=True)
-        if content["format"] != _FORMAT:
-            raise ValueError(f"format {content['format']}, expected {_FORMAT}")
+        require_format(content["format"], _FORMAT)
         saved_config = EvolveConfig.from_json(content["config"])
         checkpoint = Checkpoint(
             generation=content["generation"],
@@ -209,7 +261,7 @@ def read_checkpoint(folder: Path, config: EvolveConfig) -> Checkpoint:
             f"resume: cannot read {str(path)!r} ({reason}); nothing was changed: put back a copy "
             "of it, or start again with another --out"
         ) from error
-    if saved_config != config:
+    if replace(saved_config, generations=config.generations) != config:
         raise ValueError(
             f"resume: {CONFIG} in {str(path.parent)!r} is not the one this run started with; "
             "undo the change, or start again with another --out"
@@ -219,7 +271,7 @@ def read_checkpoint(folder: Path, config: EvolveConfig) -> Checkpoint:
 
 def _refuse_occupied(folder: Path) -> None:
     if folder.is_dir():
-        if any(folder.iterdir()):
+        if not _is_unborn(folder):
             raise ValueError(
                 f"out: expected a new or empty folder, got {str(folder)!r}, which is not empty; "
                 f"go on with it by --resume {folder}, or choose another --out"
@@ -228,12 +280,19 @@ def _refuse_occupied(folder: Path) -> None:
         raise ValueError(f"out: expected a folder, got the file {str(folder)!r}; choose another")
 
 
+def _is_unborn(folder: Path) -> bool:
+    """Whether it is empty, or a kill left it before it was a run's, without any generation."""
+    first = {LOCK, CHECKPOINT, HISTORY}
+    found = {path.name.removesuffix(".tmp") for path in folder.iterdir()}
+    history = folder / HISTORY
+    is_empty = not history.exists() or history.read_text(encoding="utf-8").count("\n") <= 1
+    return found <= {*first, CONFIG} and not (folder / CONFIG).exists() and is_empty
+
+
 @contextmanager
-def _readable_errors(folder: Path) -> Iterator[None]:
+def _readable_errors(folder: Path, cure: str = "choose another --out") -> Iterator[None]:
     """Turn what the operating system objects to into one clear line."""
     try:
         yield
     except OSError as error:
-        raise ValueError(
-            f"out: cannot write {str(folder)!r} ({error.strerror}); choose another --out"
-        ) from error
+        raise ValueError(f"out: cannot write {str(folder)!r} ({error.strerror}); {cure}") from error

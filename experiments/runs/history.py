@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import NamedTuple
 
 import torch
 from torch import Tensor
+
+from experiments.files.atomic import write_atomically
 
 __all__ = ["History", "Row"]
 
@@ -45,8 +46,8 @@ class Row(NamedTuple):
         # One sort gives all: NaN sorts last and is cut off.
         valid = fitness[~fitness.isnan()].double()
         if not len(valid):
-            valid = torch.full((1,), torch.nan, dtype=torch.float64)
-        median, q75, best = valid.quantile(torch.tensor([0.5, 0.75, 1.0]).double()).tolist()
+            valid = valid.new_full((1,), torch.nan)
+        median, q75, best = valid.quantile(valid.new_tensor([0.5, 0.75, 1.0])).tolist()
         return cls(
             run=run,
             generation=generation,
@@ -82,14 +83,13 @@ class History:
 
     def write(self, path: Path) -> None:
         """Write the whole file, in place of the one that may be there."""
-        temporary = path.with_name(path.name + ".tmp")
         lines = [",".join(Row._fields) + "\n", *map(_line, self.rows)]
-        temporary.write_text("".join(lines), encoding="utf-8")
-        os.replace(temporary, path)
+        write_atomically(path, "".join(lines).encode())
 
     def to_tensor(self) -> Tensor:
         """The rows as numbers, shape (rows, columns), float64."""
-        return torch.tensor(self.rows, dtype=torch.float64).reshape(-1, len(Row._fields))
+        table = torch.tensor(self.rows, dtype=torch.float64, device="cpu")
+        return table.reshape(-1, len(Row._fields))
 
     @classmethod
     def from_tensor(cls, table: Tensor) -> History:

@@ -11,8 +11,11 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-__all__ = ["provenance"]
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
+__all__ = ["provenance", "provenance_of"]
+
+_TAG = "provenance/text_summary"
 _PACKAGES = ("hebbtorch", "torch", "taichi", "numpy")
 
 
@@ -22,6 +25,23 @@ def provenance() -> str:
     facts = {"command": shlex.join([Path(program).name, *arguments]), **_unchanging()}
     rows = [f"| {name} | {value} |" for name, value in facts.items()]
     return "\n".join(["| | |", "|---|---|", *rows])
+
+
+def provenance_of(folder: Path) -> dict[str, str]:
+    """What a run's event files say about where it comes from; nothing if they do not.
+
+    Args:
+        folder: of the run.
+    """
+    for part in (folder, folder / "run-0"):
+        if not any(part.glob("events.out.tfevents.*")):
+            continue
+        events = EventAccumulator(str(part), {"tensors": 0}).Reload()
+        if _TAG in events.Tags()["tensors"]:
+            table = events.Tensors(_TAG)[-1].tensor_proto.string_val[0].decode()
+            cells = [line.strip("| ").split(" | ", 1) for line in table.splitlines()[2:]]
+            return {cell[0]: cell[-1] for cell in cells}
+    return {}
 
 
 @cache

@@ -12,7 +12,7 @@ STUDY = Study(
     question="Do the champions move as well on terrains that they never met?",
     grids=(Grid(axes={**ALL_BODIES, "controller": ("hebbian", "mlp")}),),
     analyses=("unseen_terrains", "generalized"),
-    figures=("generalization",),
+    figures=("generalization", "settings"),
 )
 
 if __name__ == "__main__":

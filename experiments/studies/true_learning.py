@@ -12,7 +12,7 @@ STUDY = Study(
     question="Does a robot still walk when its weights are frozen, and from when on?",
     grids=(Grid(axes=HIGH_BODIES),),
     analyses=("frozen", "paired_speeds"),
-    figures=("true_learning",),
+    figures=("true_learning", "innateness"),
 )
 
 if __name__ == "__main__":

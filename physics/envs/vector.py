@@ -161,7 +161,7 @@ class VoxelVectorEnv(VectorEnv):
         over = terminated | truncated
         if self._autoreset and bool(over.any()):
             last = self._final(observations, infos, over)
-            observations = self._begin(checks.chosen_worlds("over", over, self.num_envs))
+            observations = self._begin(np.flatnonzero(over.cpu().numpy()))
             infos = {**last, **self._infos()}
         outputs = (observations, reward, terminated, truncated)
         return (*(self._given(each) for each in outputs), infos)
@@ -202,26 +202,29 @@ class VoxelVectorEnv(VectorEnv):
             chosen: numbers of k worlds.
             seeded: which of them have a new seed, (k,) bool; None: no one.
         """
-        if seeded is None:
-            seeded = np.zeros(len(chosen), dtype=bool)
-        moved = self._age.cpu().numpy()[chosen] > 0
-        self._episodes[chosen] = np.where(seeded, 0, self._episodes[chosen] + moved)
-        readings: Tensor | None = None
-        for part, is_new in ((chosen[seeded], True), (chosen[~seeded], False)):
-            if len(part):
-                readings = self._restart(part, is_new)
-        self._age[torch.from_numpy(chosen)] = 0
-        after = self.task.look(self.sim)
-        self._before = after
-        if readings is None:
-            readings = self.sim.readings()
+        if seeded is None or not seeded.any():
+            parts = [(chosen, False)]
+        else:
+            parts = [(chosen[seeded], True), (chosen[~seeded], False)]
+        readings: Tensor | None = self.sim.readings() if len(chosen) == 0 else None
+        for worlds, is_new in parts:
+            if len(worlds):
+                readings = self._restart(worlds, is_new)
+        self._before = self.task.look(self.sim)
         return self._cleaned(readings, self.sim.failed())
 
     def _restart(self, chosen: np.ndarray, is_new: bool) -> Tensor | None:
         """Resets some worlds of the simulator, with their seeds if these are new."""
         mask = np.zeros(self.num_envs, dtype=bool)
         mask[chosen] = True
-        seeds = [int(seed) for seed in self._seeds[chosen]] if is_new else None
+        where = torch.from_numpy(chosen)
+        seeds = None
+        if is_new:
+            seeds = [int(seed) for seed in self._seeds[chosen]]
+            self._episodes[chosen] = 0
+        else:
+            self._episodes[chosen] += (self._age[where] > 0).cpu().numpy()
+        self._age[where] = 0
         terrains = None
         if self._terrains.varied:
             terrains = self._terrains.of_episodes(self._seeds[chosen], self._episodes[chosen])

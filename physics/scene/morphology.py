@@ -10,7 +10,6 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -156,18 +155,6 @@ class Morphology:
                     pairs += [(4 * voxel + own, 4 * neighbour + its) for own, its in squares]
         return tuple(pairs)
 
-    @cached_property
-    def legs_meet(self) -> bool:
-        """Whether the robot has legs that pass through each other if its squares do not collide.
-
-        So it is where a gap between voxels is two voxels deep, or at least as deep as wide.
-        Measured under bang-bang actuation of full amplitude, as the robots in which squares of
-        different legs overlapped within 30 s: tripod-5x3 and comb-5x3 44 to 74 %, biped-3x2 22 to
-        32 %, biped-6x4 2 to 7 %; but biped-4x3, with legs one long and two apart, at most one of
-        192 robots, for 0.01 % of the time.
-        """
-        return any(_has_deep_gap(grid) for grid in (self.grid, self.grid.T))
-
     def _check_connected(self) -> None:
         """Raise unless every voxel can be reached from the first one, side to side."""
         unseen = set(self.cells)
@@ -184,18 +171,6 @@ class Morphology:
                 f"shape: expected voxels joined side to side, got {self.name} with "
                 f"{len(unseen)} voxel(s) cut off from cell {self.cells[0]}, e.g. {min(unseen)}"
             )
-
-
-def _has_deep_gap(grid: np.ndarray) -> bool:
-    """Whether some gap, between voxels in each of its rows, is deep enough: see `legs_meet`."""
-    depths: dict[tuple[int, int], int] = {}  # of the gaps that end in this row, by their columns
-    for row in grid:
-        voxels = np.nonzero(row)[0]
-        gaps = [(int(a), int(b)) for a, b in pairwise(voxels) if b - a > 1]
-        depths = {gap: depths.get(gap, 0) + 1 for gap in gaps}
-        if any(depth >= min(end - start - 1, 2) for (start, end), depth in depths.items()):
-            return True
-    return False
 
 
 _NAME = re.compile(r"(?P<family>[A-Za-z]+)-(?P<width>[1-9]\d{0,2})(x(?P<height>[1-9]\d{0,2}))?")

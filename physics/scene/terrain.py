@@ -125,6 +125,14 @@ class Terrain:
         """Height of the ground at x [m], same shape as x; level beyond the two ends."""
         return np.interp(x, self.xs, self.ys)
 
+    def highest(self, left: np.ndarray, right: np.ndarray) -> np.ndarray:
+        """Greatest height of the ground between abscissas left and right [m], both (K,)."""
+        peaks = np.maximum(self.height(left), self.height(right))
+        first, last = np.searchsorted(self.xs, (left.min(), right.max()))
+        for x, y in zip(self.xs[first:last], self.ys[first:last], strict=True):
+            peaks = np.where((left <= x) & (x <= right), np.maximum(peaks, y), peaks)
+        return peaks
+
 
 def _parse(field: str, text: str, name: str) -> float | int:
     """The value of one field of a name; see _FAMILIES for what the letters stand for."""

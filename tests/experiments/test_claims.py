@@ -7,10 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from experiments.campaign.grid import Scale
 from experiments.config import EvolveConfig
 from experiments.report.claims import CLAIMS, judge, measures, report, verdicts
-from experiments.report.claims.verdicts import Finding
+from experiments.report.claims.evidence import EVIDENCE
+from experiments.report.claims.finding import Finding
+from experiments.report.figures import FIGURES
 from experiments.report.figures.conditions import Condition, find_runs, gather
+from experiments.studies.registry import STUDIES
 from tests.experiments.finished_runs import (
     write_evaluation,
     write_freezing,
@@ -252,6 +256,28 @@ def test_three_runs_decide_nothing(tmp_path: Path) -> None:
     assert text.count("| **open** |") == len(CLAIMS)
     assert "fixed on 2026-11-25" in text
     assert "biped-4x3 low: Hebbian 8" in text
+
+
+def test_every_claim_tells_where_its_evidence_comes_from() -> None:
+    assert list(EVIDENCE) == [claim.number for claim in CLAIMS]
+    drawn_for_other_variants = {"normalized_freezing", "minmax_freezing"}
+    for number, evidence in EVIDENCE.items():
+        study = STUDIES[evidence.study]
+        names = [each.name for each in study.conditions(Scale())]
+        assert evidence.shown in names, number
+        assert set(evidence.figures) <= FIGURES.keys() | drawn_for_other_variants, number
+
+
+def test_a_claim_has_a_page_with_its_commands_and_figures(tmp_path: Path) -> None:
+    folder = write_run(tmp_path / "runs", SMALL, [3.0])
+    (tmp_path / "effectiveness.png").write_bytes(b"drawn")
+    text = report([folder], tmp_path).read_text(encoding="utf-8")
+    page = text.split("## 1. ")[1].split("## 2. ")[0]
+    assert "`hebbtorch campaign effectiveness --out ROOT`" in page
+    assert "`hebbtorch render ROOT/conditions/biped-4x3-low-hebbian`" in page
+    assert "![effectiveness](effectiveness.png)" in page
+    assert "![profiles]" not in page  # was not drawn
+    assert text.count("\n## ") == 1 + len(CLAIMS)  # the rules, and a page for each
 
 
 def test_the_report_says_what_was_not_measured(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 import csv
 import subprocess
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -31,7 +32,8 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize(
-    "command", ["", "evolve ", "evaluate ", "freeze ", "render ", "validate ", "figures "]
+    "command",
+    ["", "evolve ", "evaluate ", "freeze ", "render ", "validate ", "report ", "figures "],
 )
 def test_help(
     command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -42,6 +44,36 @@ def test_help(
     if command:
         assert "--seed" in shown
         assert "--out" in shown
+        assert f"For example:\n    hebbtorch {command.strip()}" in shown
+
+
+def test_alone_it_shows_its_help(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("", monkeypatch) == 0
+    shown = capsys.readouterr().out
+    assert "usage: hebbtorch" in shown
+    assert "For example" not in shown  # one line for each command
+
+
+def test_the_version_is_told(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("--version", monkeypatch) == 0
+    assert capsys.readouterr().out == f"hebbtorch {version('hebbtorch')}\n"
+
+
+def test_quiet_tells_nothing_but_mistakes(
+    finished: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert run(f"evaluate {finished} -q --terrains 1 --out {tmp_path / 'a.csv'}", monkeypatch) == 0
+    assert run(f"report {finished} --quiet --out {tmp_path / 'a.html'}", monkeypatch) == 0
+    assert capsys.readouterr().out == ""
+    assert run("evaluate nowhere --quiet", monkeypatch) == 2
+    assert capsys.readouterr().err.startswith("hebbtorch: ")
 
 
 def test_help_does_not_load_the_machinery() -> None:
@@ -53,7 +85,6 @@ def test_help_does_not_load_the_machinery() -> None:
 @pytest.mark.parametrize(
     "command",
     [
-        "",
         "fly",
         "evolve --bogus",
         "evolve --population many",
@@ -141,9 +172,7 @@ def test_render_writes_pictures(
     assert {path.suffix for path in out.iterdir()} == {".png", ".gif", ".mp4"}
 
 
-@pytest.mark.parametrize(
-    "arguments", ["evolve --controller ultra", "evolve --bogus 3", "evaluate", ""]
-)
+@pytest.mark.parametrize("arguments", ["evolve --controller ultra", "evolve --bogus 3", "evaluate"])
 def test_a_complaint_about_the_arguments_is_one_line(arguments, monkeypatch, capsys):
     assert run(arguments, monkeypatch) == 2
     complaint = capsys.readouterr().err

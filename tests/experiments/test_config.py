@@ -85,9 +85,7 @@ def test_options_of_plasticity_are_refused_for_a_static_network(name: str, value
         replace(EvolveConfig(), controller="mlp", **{name: value}).validate()
 
 
-@pytest.mark.parametrize(
-    ("name", "value"), [("gain", 30.0), ("bias", True), ("input_activation", "tanh")]
-)
+@pytest.mark.parametrize(("name", "value"), [("gain", 30.0), ("input_activation", "tanh")])
 @pytest.mark.parametrize("controller", ["mlp", "rnn"])
 def test_options_of_static_networks_are_refused_for_a_plastic_one(
     controller: str, name: str, value: object

@@ -53,6 +53,41 @@ def test_options_of_the_papers_code_reach_plastic_networks() -> None:
     assert all(layer.rules.exchange_bc for layer in network.layers)
 
 
+def test_options_of_plasticity_reach_the_layers() -> None:
+    options = {"average": 10, "every": 4, "decay": 0.01, "clip": 3.0, "normalize": "max"}
+    network = built(replace(CONFIG, rule="abcd", init="kaiming", fixed=True, bias=True, **options))
+    assert isinstance(network, hebbtorch.HebbianMLP)
+    for layer in network.layers:
+        assert layer.plasticity.options() == {
+            "average": 10, "every": 4, "decay": 0.01, "clip": 3.0, "trace_decay": 0.0,
+        }  # fmt: skip
+        assert (layer.normalize, layer.init) == ("max", "kaiming")
+        assert layer.fixed is not None
+        assert layer.bias is not None
+    n_in, hidden, n_out = network.sizes
+    neuron = built(replace(CONFIG, sharing="neuron", eta="evolved"))
+    assert neuron.n_genes == 5 * (n_in + hidden + n_out) - n_in - n_out
+    assert built(replace(CONFIG, rule="oja")).n_genes == n_in * hidden + hidden * n_out
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"rule": "stdp"}, "^rule: expected one of"),
+        ({"rule": "oja", "terms": "AB"}, "^terms, exchange_bc: expected neither"),
+        ({"average": 0}, "^average: expected an integer >= 1"),
+        ({"every": 2.5}, "^every: expected an integer >= 1"),
+        ({"decay": 1.5}, "^decay: expected a number from 0 to 1"),
+        ({"clip": -1.0}, "^clip: expected a finite number >= 0"),
+        ({"init": "ones"}, "^init: expected one of"),
+        ({"sharing": "neuron", "rule": "oja"}, "^sharing: expected another one"),
+    ],
+)
+def test_wrong_options_of_plasticity_are_refused(options: dict, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        replace(CONFIG, **options).validate()
+
+
 @pytest.mark.parametrize(
     "options",
     [

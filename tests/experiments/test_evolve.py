@@ -176,11 +176,16 @@ def test_interrupted_killed_and_resumed_is_the_same(tiny: EvolveConfig, tmp_path
         assert process.returncode == 130
     assert len(history(folder)) == 1 + 2
 
-    with held(f"evolve --resume {folder}", folder, 4, moment="before") as process:
+    with held(f"evolve --resume {folder}", folder, 3) as process:
+        out, _ = interrupt(process, signal.SIGTERM)
+        assert f"hebbtorch evolve --resume {folder}" in out
+        assert process.returncode == 143
+
+    with held(f"evolve --resume {folder}", folder, 5, moment="before") as process:
         process.kill()
         process.communicate()
         assert process.returncode == -signal.SIGKILL
-    assert len(history(folder)) == 1 + 4  # the checkpoint is at 3
+    assert len(history(folder)) == 1 + 5  # the checkpoint is at 4
 
     resume(folder)
     assert_same_outcome(folder, expected)

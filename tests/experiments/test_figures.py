@@ -18,7 +18,9 @@ from tests.experiments.finished_runs import (
     write_csv,
     write_evaluation,
     write_freezing,
+    write_generalization,
     write_inner_life,
+    write_paired,
     write_run,
 )
 
@@ -193,6 +195,29 @@ def test_controls_are_compared_with_the_plastic_network(root: Path, out: Path) -
     assert {row["second"] for row in rows} == {"Hebbian"}
     (row,) = draw("control_interval", root, out)
     assert (row["first"], float(row["median_first"])) == ("every 12 steps", 2.0)
+
+
+def test_settings_unlike_the_evolution(root: Path, out: Path) -> None:
+    for config, unseen in ((SMALL, [3.0, 4.0, 5.0]), (MLP, [1.0, 2.0, 3.0])):
+        write_generalization(write_run(root, config, unseen), [9.0] * 3, unseen)
+    rows = draw("settings", root, out)
+    assert [row["where"] for row in rows] == [
+        "biped-4x3 low training",
+        "biped-4x3 low unseen",
+    ]
+    assert (float(rows[1]["median_first"]), float(rows[1]["median_second"])) == (4.0, 2.0)
+
+
+def test_what_becomes_innate(root: Path, out: Path) -> None:
+    folder = write_run(root, SMALL, [3.0, 5.0, 4.0])
+    write_paired(folder, plastic=[3.0, 5.0, 4.0], frozen=[2.0, 2.0, 1.0], generation=4)
+    rows = draw("innateness", root, out)
+    assert [
+        (row["controller"], float(row["generation"]), float(row["median"])) for row in rows
+    ] == [
+        ("still learning", 4, 4.0),
+        ("frozen at 20 s", 4, 2.0),
+    ]
 
 
 def test_inner_life(root: Path, out: Path) -> None:

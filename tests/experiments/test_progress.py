@@ -84,11 +84,11 @@ def test_without_a_stdout_nothing_is_told(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_quiet_is_quiet(capsys: pytest.CaptureFixture[str]) -> None:
-    terminal.be_quiet()
-    try:
+    with terminal.quiet():
         with ProgressDisplay(generations=1, done=0) as progress:
             progress.show(rows(1, 0.5), 1.0)
         terminal.say("something")
-    finally:
-        terminal.be_quiet(False)
+        print("something")
     assert capsys.readouterr().out == ""
+    terminal.say("again")
+    assert capsys.readouterr().out == "again\n"

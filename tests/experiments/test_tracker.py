@@ -1,6 +1,7 @@
 """TensorBoard event files, read back with TensorBoard's own reader."""
 
 import io
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -196,3 +197,25 @@ os._exit(9)
 def test_a_dict_per_run_is_expected(tmp_path: Path, runs: int) -> None:
     with Tracker(tmp_path, EvolveConfig(runs=runs), 1) as tracker, pytest.raises(ValueError):
         log(tracker, 1, 0.0, 0.0)
+
+
+def event_files(folder: Path) -> list[Path]:
+    return sorted(folder.glob("events.out.tfevents.*"))
+
+
+def test_a_clock_that_was_set_back_hides_nothing(tmp_path: Path) -> None:
+    for generation in (1, 2, 3):
+        with Tracker(tmp_path, EvolveConfig(), generation) as tracker:
+            log(tracker, generation, 1.0 * generation)
+        latest = event_files(tmp_path)[-1]
+        head, second, tail = re.split(r"\.(\d{10})(?=\.)", latest.name)
+        latest.rename(tmp_path / f"{head}.{int(second) + 3600}{tail}")
+    assert scalars(tmp_path, "fitness/best") == [(1, 1.0), (2, 2.0), (3, 3.0)]
+
+
+def test_a_strange_file_beside_the_event_files_is_passed_over(tmp_path: Path) -> None:
+    (tmp_path / "events.out.tfevents.bak").write_text("mine")
+    (tmp_path / "events.out.tfevents").write_text("mine")
+    with Tracker(tmp_path, EvolveConfig(), 1) as tracker:
+        log(tracker, 1, 0.5)
+    assert (tmp_path / "events.out.tfevents.bak").read_text() == "mine"

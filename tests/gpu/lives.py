@@ -57,8 +57,8 @@ def _gaits(
 
 
 def _brood(device: str) -> dict[str, Tensor]:
-    """Speeds (8,) and first weights of Hebbian bipeds after a second of life in the kernel."""
-    config = EvolveConfig(sensors="high", duration=1.0, device=device, runs=1, population=8)
+    """Speeds (8,) and first weights of Hebbian bipeds after 0.6 s of life in the kernel."""
+    config = EvolveConfig(sensors="high", duration=0.6, device=device, runs=1, population=8)
     evaluator = Evaluator(config)
     genomes = torch.rand(1, 8, evaluator.n_genes, generator=torch.Generator().manual_seed(1))
     life = evaluator((2 * genomes - 1).to(device), 1)

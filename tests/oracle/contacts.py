@@ -11,6 +11,9 @@ from physics.scene.terrain import Terrain
 from tests.oracle.bodies import Square, Vector, clamp, dot, inverse_mass_along, minus
 
 GROUND = Square(0.0, 0.0, mass=math.inf, inertia=math.inf)  # impulses do not move it
+DEPTH = 50.0  # of the ground below its lowest point [m]
+PREFERENCE = 0.1 * material.LINEAR_TOLERANCE  # of the ground's edges over others as deep [m]
+ANOTHER_EDGE = 10**6  # in the number of a segment: its sides and what meets the body's own edges
 TOUCHING = 1e-12  # squares that share a corner at the start do so up to rounding errors [m]
 # Numbers of the bodies (-1: the ground), of body 1's edge or segment, of the edge of body 2, and
 # of the clipped point.
@@ -118,13 +121,63 @@ def find_contacts(
 
 
 def _on_ground(b: int, body: Square, places: list[Vector]) -> list[Contact]:
-    """Contacts of a body with the segments between these places, from left to right."""
-    xs = [x for x, _ in body.corners()]
+    """Contacts of a body with the ground under the segments between these places."""
+    bottom = min(y for _, y in places) - DEPTH
     return [
-        _against_edge(GROUND, body, places[s], places[s + 1], material.FRICTION, (-1, b, s))
-        for s in range(len(places) - 1)
-        if max(xs) >= places[s][0] and min(xs) <= places[s + 1][0]
+        _against_block(body, [start, end, (end[0], bottom), (start[0], bottom)], (-1, b, s))
+        for s, (start, end) in enumerate(itertools.pairwise(places))
     ]
+
+
+def _against_block(body: Square, block: list[Vector], numbers: tuple[int, int, int]) -> Contact:
+    """Contact of a body with one quadrilateral of the ground, given clockwise from its top left.
+
+    Separating axes: how far the body must move along the outward normal of each edge of the
+    ground, or against that of each of its own, until they part. Of directions that are about
+    equally far, the slanted top of the ground comes first, then its sides, then the body's.
+    """
+    corners = body.corners()
+    ground = [(block[e], block[(e + 1) % 4]) for e in range(4)]
+    own = [(corners[(e + 1) % 4], corners[e]) for e in range(4)]
+
+    def depth(edge: tuple[Vector, Vector], others: list[Vector]) -> float:
+        normal = _left_of(edge)
+        return -min(dot(normal, minus(point, edge[0])) for point in others)
+
+    depths = [depth(edge, corners) for edge in ground] + [depth(edge, block) for edge in own]
+    if min(depths) < 0:
+        return []
+    best = 0
+    for group in ((1, 2, 3), (4, 5, 6, 7)):
+        least = min(group, key=lambda index: depths[index])
+        if depths[least] < depths[best] - PREFERENCE:
+            best = least
+    if best < 4:
+        named = (*numbers[:2], numbers[2] + ANOTHER_EDGE * best)
+        return _against_edge(GROUND, body, *ground[best], material.FRICTION, named)
+    # The body's edge is the reference; of the ground it meets the edge that faces it most.
+    start, end = own[best - 4]
+    normal = _left_of((start, end))
+    facing = min(range(4), key=lambda e: dot(normal, _left_of(ground[e])))
+    edge = ground[facing]
+    if facing == 3:  # the left side: from its top down, like the right one
+        edge = (edge[1], edge[0])
+    tangent = (normal[1], -normal[0])
+    found = []
+    for i, place in enumerate(_clip(edge, start, tangent, 0.0, material.SQUARE_SIDE)):
+        sunk = -dot(normal, minus(place, start))
+        if sunk >= 0:
+            named = (*numbers[:2], numbers[2] + ANOTHER_EDGE * (4 + facing), best - 4, i)
+            out = (-normal[0], -normal[1])
+            found.append(Point(GROUND, body, place, out, sunk, material.FRICTION, named))
+    return found
+
+
+def _left_of(edge: tuple[Vector, Vector]) -> Vector:
+    """The unit normal on the left of an edge."""
+    x, y = minus(edge[1], edge[0])
+    length = math.hypot(x, y)
+    return (-y / length, x / length)
 
 
 def _between(bodies: list[Square], a: int, b: int) -> Contact:

@@ -16,6 +16,8 @@ from tests.physics.worlds import gaits
 STEPS = 60
 GROUNDS = [Terrain.from_name(name) for name in ("flat", "steppy-1-8-3", "hilly-0.5-3-2")]
 GROUNDS += [Terrain.from_name(f"hilly-3-30-{seed}") for seed in range(4)]
+STEEP = [Terrain.from_name(name) for name in ("steppy-5-10-7", "hilly-3-2-1", "steppy-3-1-0")]
+STEEP += [Terrain.from_profile([0, 10, 20, 20.5, 29, 29.1, 90], [100, 0, 0, 4, 4, -16, -16])]
 HALF = Damage(time=0.5, mode="random")
 
 
@@ -50,6 +52,19 @@ def test_a_world_alone_equals_the_same_world_in_a_batch(size):
         assert torch.equal(alone.run(actuations([world]))[0], readings[world])
         assert torch.equal(state(alone)[0], state(together)[world])
     assert len(torch.unique(state(together), dim=0)) == size
+
+
+@pytest.mark.parametrize("shape", ["worm-7x1", "biped-4x3"])
+def test_a_world_on_steep_ground_equals_itself_among_other_grounds(shape):
+    """However many segments are kept for the others, and whatever their slopes."""
+    terrains = STEEP + GROUNDS[:3]
+    sim = Simulator(shape, terrains, len(terrains))
+    actions = gaits(240, len(terrains), sim.n_voxels).float()
+    sim.run(actions)
+    for world, terrain in enumerate(terrains):
+        alone = Simulator(shape, terrain)
+        alone.run(actions[:, world : world + 1])
+        assert torch.equal(state(alone)[0], state(sim)[world])
 
 
 def test_threads_and_lanes_change_no_bit():

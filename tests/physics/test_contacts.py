@@ -99,7 +99,7 @@ def test_robots_settle_at_the_recorded_heights(run, shape):
         sim.step(torch.zeros(1, sim.n_voxels))
         heights.append(sim.voxel_centers()[0, :, 1].numpy())
     off = np.abs(np.array(heights) - centres[1:301, :, 1])
-    assert off.max() < 0.10  # while bouncing
+    assert off.max() < 0.11  # while bouncing
     assert off[-1].max() < 0.02
     assert abs(heights[-1].mean() - centres[300, :, 1].mean()) < 0.005
     touching = record["touching"][300]

@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 
 import hebbtorch
-from experiments.rollout.episode import live
+from experiments.rollout.episode import Episode
 from physics import Damage, Engine, Simulator, Terrain
 from tests.physics.worlds import gaits
 
@@ -60,7 +60,7 @@ def test_a_network_in_the_kernel_acts_once_per_control_step(mode):
     ends, speeds = [], []
     for loop in ("torch", "fused"):
         sim = worlds(INTERVAL, damage)
-        result = live(sim, network, 1.05, loop=loop)
+        result = Episode(sim, network, 1.05, loop=loop).finish()
         assert sim.time == pytest.approx(66 / 60)  # 11 control steps, the last one in full
         ends.append(result.state.weights[0])
         speeds.append(result.speed)

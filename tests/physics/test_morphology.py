@@ -123,26 +123,3 @@ def test_odd_grids_are_refused(grid, message):
 def test_unknown_names_are_refused(name, message):
     with pytest.raises(ValueError, match=message):
         Morphology.of(name)
-
-
-@pytest.mark.parametrize(
-    ("rows", "meet"),
-    [
-        (["111", "101"], True),  # as deep as wide
-        (["1111", "1001"], False),  # wider than deep
-        (["1111", "1001", "1001"], True),  # legs of two voxels reach across any gap
-        (["111111", "100001", "100001"], True),
-        (["1111", "1101", "1001"], True),  # the gap at the top is one wide
-        (["11111", "10001", "00001"], False),  # one leg is one long
-        (["11", "10", "11"], True),  # sideways
-        (["111", "111"], False),
-        (["111", "010"], False),
-    ],
-)
-def test_legs_that_can_meet(rows, meet):
-    assert Morphology.from_grid([[int(cell) for cell in row] for row in rows]).legs_meet == meet
-
-
-def test_the_papers_robots_have_no_legs_that_meet():
-    assert not Morphology.from_name("biped-4x3").legs_meet
-    assert not Morphology.from_name("worm-7x1").legs_meet

@@ -150,15 +150,12 @@ def test_momentum_is_conserved():
     assert touched > 5
 
 
-@pytest.mark.parametrize(
-    ("shape", "collides"),
-    [("biped-4x3", False), ("worm-7x1", False), (LEGS, True), ("comb-5x3", True)],
-)
-def test_left_without_a_choice_robots_collide_if_their_legs_could_meet(shape, collides):
+@pytest.mark.parametrize("shape", ["biped-4x3", "worm-7x1", LEGS])
+def test_robots_collide_with_themselves_by_default(shape):
     ends = []
-    for engine in (None, Engine(self_collision=collides)):
+    for engine in (None, COLLIDE):
         sim = Simulator(shape, HILLS, engine=engine)
-        assert sim.program.features.self_collision == collides
+        assert sim.program.features.self_collision
         sim.run(gaits(90, 1, sim.n_voxels))
         ends.append(sim.mass_poses())
     assert torch.equal(*ends)
@@ -184,7 +181,7 @@ def test_by_default_no_legs_pass_through_each_other(shape):
             sim.run(actuation.expand(15, -1, -1))
             overlaps.append(deepest(sim))
         deepest_overlap[engine is None] = torch.stack(overlaps).max().item()
-    if shape != "biped-4x3":  # the paper's robot, whose squares need not collide
+    if shape != "biped-4x3":  # its legs are short
         assert deepest_overlap[False] > material.SQUARE_SIDE
     assert deepest_overlap[True] < 0.25
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from experiments.files.atomic import write_atomically
 from experiments.report import statistics, tables
 from experiments.report.claims import verdicts
+from experiments.report.claims.evidence import EVIDENCE
 from experiments.report.claims.finding import Finding, Verdict
 from experiments.report.claims.measures import Results
 from experiments.report.claims.paper import CLAIMS, Claim
@@ -41,7 +42,6 @@ def report(run_folders: Sequence[Path], out: Path) -> Path:
             "": claim.number,
             "claim": claim.says,
             "in the paper": claim.source,
-            "measured and tested": claim.test,
             "verdict": f"**{finding.verdict}**",
             "tendency": finding.tendency,
             "why": finding.reason,
@@ -57,8 +57,7 @@ def report(run_folders: Sequence[Path], out: Path) -> Path:
         (verdicts.__doc__ or "").strip(),
         f"The margin is {100 * verdicts.MARGIN:.0f} % of the second's median. {_limits()} A12 is "
         "the probability that a run of the first named is higher (0.5: no effect).",
-        "## Measurements",
-        *(_details(*each) for each in judged),
+        *(_page(*each, out) for each in judged),
     ]
     write_atomically(out / _FILE, ("\n\n".join(parts) + "\n").encode())
     return out / _FILE
@@ -91,7 +90,23 @@ def _limits() -> str:
     )
 
 
-def _details(claim: Claim, finding: Finding) -> str:
-    lines = [f"**{claim.number}. {claim.says}** {finding.verdict}: {finding.reason}.", ""]
-    lines += [f"- {line}" for line in finding.measured] or ["- nothing measured"]
+def _page(claim: Claim, finding: Finding, out: Path) -> str:
+    """All there is about one claim."""
+    evidence = EVIDENCE[claim.number]
+    drawn = [name for name in evidence.figures if (out / f"{name}.png").is_file()]
+    runs = f"`hebbtorch campaign {evidence.study} --out ROOT`"
+    film = f"`hebbtorch render ROOT/conditions/{evidence.shown}`"
+    lines = [
+        f"## {claim.number}. {claim.says}",
+        "",
+        f"- **Verdict**: {finding.verdict}; {finding.reason}",
+        f"- **In the paper**: {claim.source}",
+        f"- **Measured, and what would support it**: {claim.test}",
+        f"- **Commands**: {runs}, then `hebbtorch figures ROOT`; film: {film}",
+        f"- **Tables**: {', '.join(f'[{name}]({name}.csv)' for name in drawn) or 'none yet'}",
+        "- **Tests**: of the rules and measures, `tests/experiments/test_claims.py`",
+        "",
+        *([f"- {line}" for line in finding.measured] or ["- nothing measured"]),
+        *(f"\n![{name}]({name}.png)" for name in drawn),
+    ]
     return "\n".join(lines)

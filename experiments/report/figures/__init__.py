@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from experiments.report.figures.beyond import pruning, validation_matrix
+from experiments.report.figures.comparisons import innateness, settings
 from experiments.report.figures.controls import control_interval, controls
 from experiments.report.figures.freezing import normalized_freezing, true_learning
 from experiments.report.figures.inner_life import activations, weight_distributions
@@ -40,9 +41,11 @@ FIGURES: Mapping[str, Figure] = {
         takeoff,
         profiles,
         generalization,
+        settings,
         damage,
         damage_evolution,
         true_learning,
+        innateness,
         weight_distributions,
         activations,
         normalization,

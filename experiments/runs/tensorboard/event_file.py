@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -17,6 +18,7 @@ from tensorboard.compat.proto.summary_pb2 import HistogramProto, Summary
 
 __all__ = ["EventFile"]
 
+_NAME = re.compile(r"events\.out\.tfevents\.(\d+)(\..*)")
 _BINS = 30  # of a histogram
 _RGB = 3
 
@@ -39,7 +41,7 @@ class EventFile:
         if part:
             for old in folder.glob(f"events.out.tfevents.*.{part}"):
                 old.unlink()
-        _wait_for_new_names(folder)
+        _make_way_for_new_names(folder)
         suffix = f".{part}" if part else ""
         self._writer = SummaryWriter(str(folder), purge_step=first_step, filename_suffix=suffix)
 
@@ -144,8 +146,20 @@ class EventFile:
         writer.add_summary(summary, step)
 
 
-def _wait_for_new_names(folder: Path) -> None:
-    """TensorBoard reads event files in the order of their names, which begin with the second of
-    their creation; a run that was resumed within a second would be read in disorder."""
-    seconds = [int(path.name.split(".")[3]) for path in folder.glob("events.out.tfevents.*")]
-    time.sleep(min(max(0.0, max(seconds, default=0) + 1 - time.time()), 1.0))
+def _make_way_for_new_names(folder: Path) -> None:
+    """Sees that the next event file is read after those that are there.
+
+    TensorBoard reads event files in the order of their names, which begin with the second of their
+    creation. A run that was resumed within that second would be read in disorder, and so would one
+    whose clock was set back since, or that goes on on a machine that is behind: files from the
+    future get names from before now, in their order.
+    """
+    found = [(match, path) for path in folder.glob("*") if (match := _NAME.match(path.name))]
+    latest = max((int(match[1]) for match, _ in found), default=0)
+    time.sleep(min(max(0.0, latest + 1 - time.time()), 1.0))
+    now = int(time.time())
+    if latest < now:
+        return
+    order = sorted(found, key=lambda each: each[1].name)
+    for age, (match, path) in zip(range(len(order), 0, -1), order, strict=True):
+        path.rename(path.with_name(f"events.out.tfevents.{now - age:010d}{match[2]}"))

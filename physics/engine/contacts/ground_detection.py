@@ -12,13 +12,16 @@ import math
 from physics.backend import ti
 from physics.engine.lane_math import any_lane, magnitude
 from physics.engine.memory import layout as lay
-from physics.engine.memory.model import F_REACH
+from physics.engine.memory.model import F_EXTENT, F_REACH
 from physics.scene import material
 
 _RADIUS = material.SQUARE_HALF * math.sqrt(2)  # of the circle around a square [m]
 _OUTSKIRTS = _RADIUS * math.sqrt(2) + 0.01  # beyond that a square is surely not near [m]
 MARGIN = 2.0  # ground kept ready beyond what is within reach [m]
 _FAR = 1e30
+# The segment's normal is taken unless another direction is this much less deep [m]: which of two
+# equal depths is the less is left to rounding, and a contact whose normal changes starts anew.
+_PREFERENCE = 0.1 * material.LINEAR_TOLERANCE
 
 
 @ti.func
@@ -49,17 +52,19 @@ def update_window(
             marks = ti.select(leaves, T.vec(1.0), T.vec(0.0))
             for lane in range(T.lanes):
                 if marks[lane] > T.f(0.0):
-                    _fill_lane(S, terrain, g, m, lane, low[lane] - T.f(MARGIN), T)
+                    start = low[lane] - T.f(MARGIN)
+                    _fill_lane(S, terrain, g, m, lane, start, start + mf[F_EXTENT], T)
 
 
 @ti.func
 def _fill_lane(
-    S: ti.template(), terrain: ti.template(), g, m: ti.template(), lane, low, T: ti.template()
+    S: ti.template(), terrain: ti.template(), g, m: ti.template(), lane, low, high, T: ti.template()
 ):
-    """Fills one lane of the window with the segments from the abscissa ``low`` on.
+    """Fills one lane of the window with the segments between the abscissas ``low`` and ``high``.
 
-    The first segment has an even number, so that a segment keeps its parity, which is what
-    names a contact pair, as the window moves.
+    It holds no others, though it may have place for more: how many depends on the terrains of
+    other worlds. The first segment has an even number, so that a segment keeps its parity, which
+    is what names a contact pair, as the window moves.
     """
     world = g * T.places + lane
     points = terrain.shape[1]
@@ -70,6 +75,7 @@ def _fill_lane(
         first += 1
     first -= first % 2
     top = T.f(-_FAR)
+    end = T.f(_FAR)
     for k in range(m.segments):
         o = m.window + lay.SEGMENT_ITEMS * k
         index = ti.min(first + k, points - 2)
@@ -80,19 +86,21 @@ def _fill_lane(
         for y in ti.static((y0, y0 + dy)):
             if y > top:  # which no point without height is
                 top = y
-        if first + k > points - 2:  # beyond the last segment: nothing to stand on
+        last = first + k > points - 2
+        if last or x0 > high:  # nothing to stand on
             y0 = T.f(-_FAR)
+        if not last and x0 > high and x0 < end:
+            end = x0
         S[g, o + lay.SE_X][lane] = x0
         S[g, o + lay.SE_Y][lane] = y0
         S[g, o + lay.SE_TX][lane] = dx / length
         S[g, o + lay.SE_TY][lane] = dy / length
         S[g, o + lay.SE_LENGTH][lane] = length
+        S[g, o + lay.SE_END][lane] = terrain[world, index + 1, 0]
     S[g, m.header + lay.H_WINDOW_TOP][lane] = top
     S[g, m.header + lay.H_WINDOW_BASE][lane] = ti.cast(first, T.f)
     S[g, m.header + lay.H_WINDOW_LOW][lane] = terrain[world, first, 0] if first > 0 else T.f(-_FAR)
-    S[g, m.header + lay.H_WINDOW_HIGH][lane] = (
-        terrain[world, first + m.segments, 0] if first + m.segments < points - 1 else T.f(_FAR)
-    )
+    S[g, m.header + lay.H_WINDOW_HIGH][lane] = end
 
 
 @ti.func
@@ -151,9 +159,9 @@ def _touched_pairs(S: ti.template(), g, m: ti.template(), block, T: ti.template(
 def _near(S: ti.template(), g, m: ti.template(), x, y, number, radius, T: ti.template()):
     """The lanes in which a circle around a point is not above a segment or beside it."""
     segment = m.window + lay.SEGMENT_ITEMS * number
-    height, along = _beside(S, g, segment, x, y, T)
-    beyond = S[g, segment + lay.SE_LENGTH] + radius
-    return (height <= radius) & (along >= T.f(0.0) - radius) & (along <= beyond)
+    height, _ = _beside(S, g, segment, x, y, T)
+    left = x + radius >= S[g, segment + lay.SE_X]
+    return (height <= radius) & left & (x - radius <= S[g, segment + lay.SE_END])
 
 
 @ti.func
@@ -191,61 +199,103 @@ def _drop_lost(S: ti.template(), g, pair, T: ti.template()):
 def _collide(S: ti.template(), g, m: ti.template(), body, pair, number, T: ti.template()):
     """Contact of a body with the segment ``number`` of the window, in all lanes at once.
 
-    Returns 1 if there is one in any lane. If a body touches two segments of one parity, the
-    pair keeps the deeper.
+    Everything is seen from the body's centre, in its frame. Returns 1 if there is a contact in any
+    lane. If a body touches two segments of one parity, the pair keeps the deeper.
     """
     segment = m.window + lay.SEGMENT_ITEMS * number
-    zero = T.vec(0.0)
+    zero, one, minus = T.vec(0.0), T.vec(1.0), T.vec(-1.0)
+    far = T.vec(_FAR)
     h = T.f(material.SQUARE_HALF)
     tx, ty = S[g, segment + lay.SE_TX], S[g, segment + lay.SE_TY]
     length = S[g, segment + lay.SE_LENGTH]
     height, along = _beside(S, g, segment, S[g, body + lay.X], S[g, body + lay.Y], T)
-    radius = T.f(_RADIUS)
-    near = (height <= radius) & (along >= -radius) & (along <= length + radius)
+    c, s = S[g, body + lay.COS], S[g, body + lay.SIN]
+    ground_x, ground_y = s * tx - c * ty, c * tx + s * ty  # the segment's normal
+    # How far the square would have to move along the normals of the ground's edges to be free.
+    depth = (magnitude(ground_x, T) + magnitude(ground_y, T)) * h - height
+    half_width = (magnitude(c, T) + magnitude(s, T)) * h
+    from_start = S[g, body + lay.X] - S[g, segment + lay.SE_X]
+    from_end = S[g, body + lay.X] - S[g, segment + lay.SE_END]
+    depth_left, depth_right = half_width + from_start, half_width - from_end
+    hit = (depth >= zero) & (depth_left > zero) & (depth_right > zero)
     touched = 0
-    if any_lane(near, T):
-        # The normal in the body's frame tells which of its edges faces the ground most.
-        c, s = S[g, body + lay.COS], S[g, body + lay.SIN]
-        local_x = s * tx - c * ty
-        local_y = c * tx + s * ty
-        flat = magnitude(local_y, T) >= magnitude(local_x, T)
-        one = T.vec(1.0)
-        minus = T.vec(-1.0)
-        fx = ti.select(flat, zero, ti.select(local_x > zero, minus, one))
-        fy = ti.select(flat, ti.select(local_y > zero, minus, one), zero)
-        gx, gy = zero - fy, fx  # along the edge
-        # World vectors from the centre to the edge's middle and from there to its end.
-        ex = (c * fx - s * fy) * h
-        ey = (s * fx + c * fy) * h
-        wx = (c * gx - s * gy) * h
-        wy = (s * gx + c * gy) * h
-        # Clip the edge, middle + q * half edge with |q| <= 1, to 0 <= along <= length.
-        middle = along + (ex * tx + ey * ty)
-        slope = wx * tx + wy * ty
-        at_start = (zero - middle) / slope
-        at_end = (length - middle) / slope
-        q_low = ti.max(minus, ti.min(at_start, at_end))
-        q_high = ti.min(one, ti.max(at_start, at_end))
-        edge_height = height + (ey * tx - ex * ty)
-        rise = wy * tx - wx * ty
-        depth_low = zero - (edge_height + q_low * rise)
-        depth_high = zero - (edge_height + q_high * rise)
+    if any_lane(hit, T):
+        # And against the normals of its faces that look down.
+        start_x = zero - (along * ground_y + height * ground_x)
+        start_y = along * ground_x - height * ground_y
+        end_x, end_y = start_x + length * ground_y, start_y - length * ground_x
+        sign_x, sign_y = ti.select(s < zero, minus, one), ti.select(c < zero, minus, one)
+        depth_x = h + ti.max(sign_x * start_x, sign_x * end_x)
+        depth_y = h + ti.max(sign_y * start_y, sign_y * end_y)
+        depth_side, depth_face = ti.min(depth_left, depth_right), ti.min(depth_x, depth_y)
+        hit = hit & (depth_face >= zero)
+        by_side = depth_side < depth - T.f(_PREFERENCE)
+        least = ti.select(by_side, depth_side, depth)
+        by_face = depth_face < least - T.f(_PREFERENCE)
+        # The normal, and the extent of the reference edge along the tangent (ny, -nx). A point p
+        # of the other edge is (n p + offset) times side deep.
+        nx, ny, offset, side = ground_x, ground_y, height, minus
+        first, last = zero - along, length - along
+        feature = zero
+        if any_lane(hit & (by_side | by_face), T):
+            left = depth_left < depth_right
+            out = ti.select(left, minus, one)
+            top = s * ti.select(left, start_x, end_x) + c * ti.select(left, start_y, end_y)
+            nx, ny = ti.select(by_side, c * out, nx), ti.select(by_side, zero - s * out, ny)
+            offset = ti.select(by_side, out * ti.select(left, from_start, from_end), offset)
+            first = ti.select(by_side, ti.select(left, zero - far, zero - top), first)
+            last = ti.select(by_side, ti.select(left, top, far), last)
+            feature = ti.select(by_side, ti.select(left, one, one + one), zero)
+            across = depth_x < depth_y
+            nx = ti.select(by_face, ti.select(across, sign_x, zero), nx)
+            ny = ti.select(by_face, ti.select(across, zero, sign_y), ny)
+            offset = ti.select(by_face, T.vec(material.SQUARE_HALF), offset)
+            side = ti.select(by_face, one, side)
+            first = ti.select(by_face, T.vec(-material.SQUARE_HALF), first)
+            last = ti.select(by_face, T.vec(material.SQUARE_HALF), last)
+        # The square's edge that faces against the normal most: its middle and half of it.
+        flat = magnitude(ny, T) >= magnitude(nx, T)
+        fx = ti.select(flat, zero, ti.select(nx > zero, minus, one))
+        fy = ti.select(flat, ti.select(ny > zero, minus, one), zero)
+        px, py, ux, uy = fx * h, fy * h, zero - fy * h, fx * h
+        q_first, q_last = minus, one
+        if any_lane(hit & by_face, T):
+            # Its face is the reference edge; the other one is the ground's edge that faces it most.
+            lean = c * nx - s * ny
+            slanted = ground_x * nx + ground_y * ny >= magnitude(lean, T)
+            left = slanted | (lean < zero)
+            px = ti.select(by_face, ti.select(left, start_x, end_x), px)
+            py = ti.select(by_face, ti.select(left, start_y, end_y), py)
+            ux = ti.select(by_face, ti.select(slanted, ground_y, zero - s), ux)
+            uy = ti.select(by_face, ti.select(slanted, zero - ground_x, zero - c), uy)
+            q_first = ti.select(by_face, zero, q_first)
+            q_last = ti.select(by_face, ti.select(slanted, length, far), q_last)
+            edge = ti.select(slanted, zero, ti.select(left, one, one + one))
+            feature = ti.select(by_face, edge + T.f(3.0), feature)
+        # Clip this edge, p + q u, to the extent of the reference edge.
+        middle, slope = px * ny - py * nx, ux * ny - uy * nx
+        at_first, at_last = (first - middle) / slope, (last - middle) / slope
+        q_low = ti.max(q_first, ti.min(at_first, at_last))
+        q_high = ti.min(q_last, ti.max(at_first, at_last))
+        level, rise = side * (px * nx + py * ny + offset), side * (ux * nx + uy * ny)
+        depth_low, depth_high = level + q_low * rise, level + q_high * rise
         depth = ti.max(depth_low, depth_high)
         low, high = pair + lay.PA_POINTS, pair + (lay.PA_POINTS + lay.POINT_ITEMS)
         so_far = ti.max(S[g, low + lay.PT_DEPTH], S[g, high + lay.PT_DEPTH])
-        hit = near & (q_low <= q_high) & (depth >= zero) & (depth > so_far)
+        hit = hit & (q_low <= q_high) & (depth >= zero) & (depth > so_far)
         if any_lane(hit, T):
             touched = 1
-            # Four edges: 0 bottom, 1 top, 2 left, 3 right.
+            # Four edges of the square: 0 bottom, 1 top, 2 left, 3 right.
             upper = ti.select(flat, fy, fx) > zero
             edge = ti.select(upper, one, zero) + ti.select(flat, zero, one + one)
-            base = S[g, m.header + lay.H_WINDOW_BASE]
-            key = one + edge + (base + ti.cast(number, T.f)) * T.f(4.0)
+            place = S[g, m.header + lay.H_WINDOW_BASE] + ti.cast(number, T.f)
+            key = one + edge + T.f(4.0) * (feature + T.f(6.0) * place)
             same = key == S[g, pair + lay.PA_KEY]
             S[g, pair + lay.PA_KEY] = ti.select(hit, key, S[g, pair + lay.PA_KEY])
-            S[g, pair + lay.PA_NX] = ti.select(hit, zero - ty, S[g, pair + lay.PA_NX])
-            S[g, pair + lay.PA_NY] = ti.select(hit, tx, S[g, pair + lay.PA_NY])
-            fx, fy, gx, gy = fx * h, fy * h, gx * h, gy * h
+            normal_x = ti.select(by_side | by_face, c * nx - s * ny, zero - ty)
+            normal_y = ti.select(by_side | by_face, s * nx + c * ny, tx)
+            S[g, pair + lay.PA_NX] = ti.select(hit, normal_x, S[g, pair + lay.PA_NX])
+            S[g, pair + lay.PA_NY] = ti.select(hit, normal_y, S[g, pair + lay.PA_NY])
             for p in range(2):
                 q = q_low
                 deep = depth_low
@@ -253,7 +303,7 @@ def _collide(S: ti.template(), g, m: ti.template(), body, pair, number, T: ti.te
                     q = q_high
                     deep = depth_high
                 o = pair + lay.PA_POINTS + p * lay.POINT_ITEMS
-                _store_point(S, g, body, o, hit, same, deep, fx + gx * q, fy + gy * q, T)
+                _store_point(S, g, body, o, hit, same, deep, px + ux * q, py + uy * q, T)
     return touched
 
 

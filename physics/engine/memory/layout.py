@@ -90,7 +90,7 @@ MENDS = BREAKS + 1  # step from which it works again
 VOXEL_ITEMS = MENDS + 1
 
 # The header of a group.
-H_STEP, H_LIFE, H_FAILED, H_ALIVE, H_LIVE, H_SEED_LOW, H_SEED_HIGH = range(7)
+H_STEP, H_FAILED, H_ALIVE, H_LIVE, H_LIFE, H_SEED_LOW, H_SEED_HIGH = range(7)
 H_WINDOW_LOW, H_WINDOW_HIGH, H_WINDOW_BASE, H_WINDOW_TOP = range(7, 11)
 H_PLACE, H_LENGTH = range(11, 13)  # of the sensor window that is averaged just now
 HEADER_ITEMS = 13
@@ -99,9 +99,9 @@ HEADER_ITEMS = 13
 WE_UX, WE_UY, WE_PX, WE_PY, WE_PW = range(5)
 WELD_ITEMS = 5
 
-# A segment of the terrain window: first point, unit tangent, length.
-SE_X, SE_Y, SE_TX, SE_TY, SE_LENGTH = range(5)
-SEGMENT_ITEMS = 5
+# A segment of the terrain window: first point, unit tangent, length, abscissa of the second point.
+SE_X, SE_Y, SE_TX, SE_TY, SE_LENGTH, SE_END = range(6)
+SEGMENT_ITEMS = 6
 
 # The integer row of a group: three counters, then lists.
 L_CONTACTS, L_ROPES, L_MEETINGS, L_LISTS = range(4)

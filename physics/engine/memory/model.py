@@ -24,8 +24,7 @@ class Engine:
         damping: linear and angular velocity damping [1/s].
         velocity_iterations, position_iterations: of the sequential-impulse solver, per step.
         ropes: whether squares of a voxel are kept from passing through each other.
-        self_collision: whether squares of the robot that no joint ties keep out of each other;
-            None: where it has legs that could pass through each other (`Morphology.legs_meet`).
+        self_collision: whether squares of the robot that no joint ties keep out of each other.
         continuous: whether squares that land are stopped where they touch the ground, instead of
             as deep in it as their speed takes them in a step (continuous collision detection).
     """
@@ -35,13 +34,12 @@ class Engine:
     velocity_iterations: int = material.VELOCITY_ITERATIONS
     position_iterations: int = material.POSITION_ITERATIONS
     ropes: bool = True
-    self_collision: bool | None = None
+    self_collision: bool = True
     continuous: bool = False
 
     def features(self, morphology: Morphology) -> Features:
         """What the kernels must have to simulate this robot."""
-        collides = morphology.legs_meet if self.self_collision is None else self.self_collision
-        return Features(collides and morphology.n_voxels > 1, self.continuous)
+        return Features(self.self_collision and morphology.n_voxels > 1, self.continuous)
 
     def __post_init__(self) -> None:
         for name in ("friction", "damping"):
@@ -51,8 +49,8 @@ class Engine:
 
 
 # Places in the table of numbers.
-F_GRAVITY, F_DAMPING, F_FRICTION, F_NOISE, F_REACH = range(5)
-F_SPRINGS = 5  # rows of: anchors x1 y1 x2 y2 [m], rest length, its slopes for a >= 0 and a < 0
+F_GRAVITY, F_DAMPING, F_FRICTION, F_NOISE, F_REACH, F_EXTENT = range(6)
+F_SPRINGS = 6  # rows of: anchors x1 y1 x2 y2 [m], rest length, its slopes for a >= 0 and a < 0
 FS_X1, FS_Y1, FS_X2, FS_Y2, FS_REST, FS_SHRINK, FS_GROW = range(7)
 F_SPRING_ROW = 7
 F_RAYS = F_SPRINGS + F_SPRING_ROW * len(material.SPRINGS)  # rows of: cos, sin, range [m]
@@ -151,6 +149,7 @@ def build(
     gravity: float,
     noise: float,
     segments: int,
+    extent: float,
     damage_mode: str,
     max_steps: int,
     lanes: int,
@@ -165,6 +164,7 @@ def build(
         gravity: downward acceleration [m/s^2].
         noise: standard deviation of the readings' noise, in units of the sensor's range.
         segments: terrain segments that the window of a group holds; 0 without ground.
+        extent: width of the ground in the window [m].
         damage_mode: one of damage.MODES.
         max_steps: steps that a world may live.
         lanes: worlds per group.
@@ -234,6 +234,7 @@ def build(
             engine.friction,
             noise,
             reach(apparatus),
+            extent,
             *_spring_numbers(),
             *rays,
         ],

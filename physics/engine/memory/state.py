@@ -171,7 +171,8 @@ def initial_poses(
 
     Without ground, voxel (gx, gy) is centred at (3 gx, 3 gy). On ground the robot's left edge
     is at START_X, as high as makes the least gap between a voxel's lowest point and the ground
-    under its centre START_HEIGHT.
+    under its centre START_HEIGHT. If some square would be in the ground there, the least gap
+    between a square and the ground anywhere under it is START_HEIGHT instead.
     """
     cells = np.array(morphology.cells, dtype=np.float64) * material.VOXEL_SIDE
     signs = np.array(material.CORNER_SIGNS, dtype=np.float64)
@@ -182,7 +183,22 @@ def initial_poses(
     half = material.VOXEL_SIDE / 2
     poses[..., 0] += START_X + half
     bottoms, centers = cells[:, 1] - half, cells[:, 0] + START_X + half
-    grounds = {id(terrain): terrain.height(centers) for terrain in terrains}
+    unlike = {id(terrain): terrain for terrain in terrains}
+    grounds = {key: terrain.height(centers) for key, terrain in unlike.items()}
     gaps = bottoms - np.stack([grounds[id(terrain)] for terrain in terrains])
-    poses[..., 1] += (START_HEIGHT - gaps.min(1))[:, None, None]
+    lifts = START_HEIGHT - gaps.min(1)
+    left, lowest = _columns(poses[0])
+    right = left + material.SQUARE_SIDE
+    peaks = {key: terrain.highest(left, right) for key, terrain in unlike.items()}
+    gaps = lowest - np.stack([peaks[id(terrain)] for terrain in terrains])
+    free = lifts + gaps.min(1) >= 0
+    poses[..., 1] += np.where(free, lifts, START_HEIGHT - gaps.min(1))[:, None, None]
     return poses
+
+
+def _columns(poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Left edges of the columns of squares that stand upright, and the lowest edge in each [m]."""
+    left, column = np.unique(poses[..., 0].ravel() - material.SQUARE_HALF, return_inverse=True)
+    lowest = np.full(len(left), np.inf)
+    np.minimum.at(lowest, column, poses[..., 1].ravel() - material.SQUARE_HALF)
+    return left, lowest

@@ -1,0 +1,79 @@
+"""The same champions where something is different: plasticity, terrain, damage, gravity."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from experiments.report import intervals
+from experiments.report.figures import boxes, curves
+from experiments.report.figures.boxes import Box
+from experiments.report.figures.conditions import Condition, Table, gather, runs_in
+from experiments.report.figures.curves import Curve
+from experiments.report.figures.performance import main_models
+from experiments.runs.names import GENERALIZATION, PAIRED
+
+__all__ = ["innateness", "settings"]
+
+_MODES = {"still learning": np.nan, "frozen at 20 s": 20.0, "at 1 s": 1.0, "initial weights": 0.0}
+
+
+def settings(run_folders: Sequence[Path], out: Path) -> list[Path]:
+    """Champions on terrains of their evolution, on unseen ones, and in settings unlike those."""
+    drawn = []
+    for each in main_models(gather(run_folders), "none"):
+        table = each.table(GENERALIZATION)
+        if table is None:
+            continue
+        for setting in dict.fromkeys(table["setting"].tolist()):
+            values = _medians(table, table["setting"] == setting)
+            drawn.append(Box(each.where, setting, each.label, values))
+    caption = (
+        "Median speed of each run's champion over 30 episodes of a setting [m/s]: terrains of its "
+        "own evolution (training), unseen ones of the same kind, other grounds, kinds of damage, "
+        "gravity (9.8 m/s^2 in evolution) and friction (1.41 in evolution); medians over runs with "
+        "95 % bootstrap intervals."
+    )
+    return boxes.draw(drawn, out, "settings", "MLP", caption)
+
+
+def innateness(run_folders: Sequence[Path], out: Path) -> list[Path]:
+    """Best individuals of a generation while they learn, and with weights frozen at some time."""
+    drawn = []
+    for each in main_models(gather(run_folders), "none"):
+        table = each.table(PAIRED)
+        if table is None or each.config.controller != "hebbian":
+            continue
+        drawn += _course(each, table)
+    caption = (
+        "Speed of the best individuals of a generation on the same terrains [m/s], while their "
+        "weights change and with weights frozen at a time of an episode on another terrain: median "
+        "and standard deviation over runs of each run's median."
+    )
+    axis = ("generation", "generation")
+    return curves.draw(drawn, out, "innateness", axis, caption, points=21)
+
+
+def _course(condition: Condition, table: Table) -> list[Curve]:
+    generations = np.unique(table["generation"])
+    found = []
+    for label, frozen_at in _MODES.items():
+        times = table["frozen_at"]
+        of_mode = np.isnan(times) if np.isnan(frozen_at) else times == frozen_at
+        if not of_mode.any():
+            continue
+        values = np.stack(
+            [_medians(table, of_mode & (table["generation"] == each)) for each in generations], 1
+        )
+        config = condition.config
+        found.append(Curve(config.shape, config.sensors, label, generations, values))
+    return found
+
+
+def _medians(table: Table, rows: np.ndarray) -> np.ndarray:
+    """Each run's median speed over some rows [m/s], shape (runs,)."""
+    return np.array(
+        [intervals.middle(table["speed"][rows & (table["run"] == run)]) for run in runs_in(table)]
+    )
