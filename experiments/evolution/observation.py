@@ -24,8 +24,8 @@ from experiments.rollout import fused
 from experiments.rollout.episode import Episode, start_episode
 from experiments.rollout.scenarios import Scenarios
 from experiments.runs.archive import ARCHIVE_INTERVAL
+from physics import DT
 from physics.render.draw import Frame
-from physics.scene.material import DT
 
 __all__ = [
     "Observation",

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from experiments.config import EvolveConfig
-from experiments.evolution.evolve import evolve
+from experiments.evolution.launch import evolve
 from experiments.options import options_of
 
 

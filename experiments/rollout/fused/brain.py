@@ -93,9 +93,25 @@ class Brain:
     start: hebbtorch.State
     layout: Layout
 
-    def run(self, sim: Simulator, steps: int) -> None:
-        """Lets the worlds of ``sim`` live for some control steps."""
-        sim.run_closed_loop(partial(k.kernel, self.layout.features), self.items, steps)
+    def run(self, sim: Simulator, steps: int, monitor: hebbtorch.Monitor | None = None) -> None:
+        """Lets the worlds of ``sim`` live for some control steps.
+
+        Args:
+            sim: The worlds.
+            steps: How many.
+            monitor: Of this network; it looks at its steps as it does in a loop through torch.
+        """
+        if monitor is not None:
+            while steps > (ahead := monitor.until_sample()):
+                self.run(sim, ahead)
+                monitor.skip(ahead)
+                before = self.state().weights
+                self.run(sim, 1)
+                monitor.record(self.activations(), before, self.state().weights)
+                steps -= ahead + 1
+            monitor.skip(steps)
+        if steps > 0:
+            sim.run_closed_loop(partial(k.kernel, self.layout.features), self.items, steps)
 
     def freeze(self) -> None:
         """Ends learning: from now on the weights stay as they are."""
