@@ -19,7 +19,7 @@ of its operations on vectors; the others abort the process in LLVM. Use on lane 
 comparisons, ``& | ~`` of masks, ``select``, ``max``, ``min``, ``sqrt``. Write ``0 - x`` for ``-x``,
 ``x = x - y`` for ``x -= y``, ``numerics.magnitude`` for ``abs``, ``numerics.any_lane`` for ``any``
 (which sees lane 0 alone, silently, as ``mask[lane]`` sees nothing); do casts, bits and libm
-functions lane by lane (``S[g, item][lane]``).
+functions lane by lane (``S[item][lane]``).
 """
 
 from __future__ import annotations
@@ -39,6 +39,7 @@ from physics.compile_cache import cache_folder, some_home
 from physics.compiler_thread import CompilerThread
 
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
+os.environ.setdefault("ENABLE_QUADRANTS_HEADER_PRINT", "0")
 os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")  # it would ask a server on the internet
 
 BACKENDS = ("taichi", "quadrants")
@@ -46,7 +47,7 @@ NAME = os.environ.get("HEBBTORCH_BACKEND") or BACKENDS[0]
 if NAME not in BACKENDS:
     raise ValueError(f"HEBBTORCH_BACKEND: expected {' or '.join(BACKENDS)}, got {NAME!r}")
 
-with some_home(), contextlib.redirect_stdout(io.StringIO()):  # quadrants greets on import
+with some_home():
     ti: Any = importlib.import_module(NAME)
     _impl: Any = importlib.import_module(f"{NAME}.lang.impl")
 
@@ -166,6 +167,7 @@ def _init(device: str) -> None:
             log_level=ti.WARN,
             real_matrix_scalarize=device == "cuda",
             default_gpu_block_dim=32,
+            **({} if NAME == "taichi" else {"offline_cache_file_path": str(folder / NAME)}),
         )
     if device == "cuda" and _impl.current_cfg().arch != ti.cuda:  # it only warns of it
         ti.reset()
@@ -477,8 +479,6 @@ class Group:
         self.at = _Blocks(array, address)
 
     def __getitem__(self, item: Any) -> Any:
-        if isinstance(item, tuple):  # [group, item], as some functions have it
-            item = item[1]
         return _impl.subscript(None, self._array, *self._address(item))
 
 
