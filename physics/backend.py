@@ -25,7 +25,6 @@ functions lane by lane (``S[item][lane]``).
 from __future__ import annotations
 
 import contextlib
-import importlib
 import io
 import os
 import threading
@@ -40,16 +39,23 @@ from physics.compiler_thread import CompilerThread
 
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
 os.environ.setdefault("ENABLE_QUADRANTS_HEADER_PRINT", "0")
+os.environ.setdefault("TI_ENABLE_PYBUF", "0")  # no kernel prints, and it tells that one could
 os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")  # it would ask a server on the internet
 
+# Upstream Taichi is no longer maintained; `quadrants` is its living fork, and gives the same bits.
 BACKENDS = ("taichi", "quadrants")
 NAME = os.environ.get("HEBBTORCH_BACKEND") or BACKENDS[0]
 if NAME not in BACKENDS:
     raise ValueError(f"HEBBTORCH_BACKEND: expected {' or '.join(BACKENDS)}, got {NAME!r}")
 
 with some_home():
-    ti: Any = importlib.import_module(NAME)
-    _impl: Any = importlib.import_module(f"{NAME}.lang.impl")
+    if NAME == "quadrants":
+        import quadrants as ti
+        from quadrants.lang import impl as _impl
+    else:
+        import taichi as ti
+        from taichi.lang import impl as _impl
+        from taichi.lang.ast.ast_transformer_utils import ASTTransformerContext as _Reader
 
 # A CPU range-for of Taichi is never split below this many iterations, so a loop over chunks runs
 # as ``for q in range(GRAIN * chunks): if q % GRAIN == 0: ...  # chunk q // GRAIN``.
@@ -215,6 +221,8 @@ class Features(NamedTuple):
     """Squares of a robot collide with each other."""
     continuous: bool = False
     """Squares that land are stopped where they touch the ground."""
+    varied: bool = False
+    """Gravity, friction and springs are those of each world and voxel, not the same for all."""
 
 
 class Program(NamedTuple):
@@ -341,7 +349,8 @@ def real(program: Program) -> Real:
     """
     if program.dtype not in (torch.float32, torch.float64):
         raise ValueError(
-            f"dtype: expected torch.float32 or torch.float64, got {program.dtype}; choose one of these"
+            f"dtype: expected torch.float32 or torch.float64, got {program.dtype}; choose one of "
+            "these"
         )
     return Real(program)
 
@@ -442,12 +451,11 @@ def _brief_places() -> Iterator[None]:
         line = node.lineno + self.lineno_offset
         return f'File "{self.file}", line {line}, in {self.func.func.__name__}:\n'
 
-    reader = importlib.import_module("taichi.lang.ast.ast_transformer_utils").ASTTransformerContext
-    full, reader.get_pos_info = reader.get_pos_info, place
+    full, _Reader.get_pos_info = _Reader.get_pos_info, place
     try:
         yield
     finally:
-        reader.get_pos_info = full
+        _Reader.get_pos_info = full
 
 
 class Group:

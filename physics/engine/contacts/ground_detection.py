@@ -4,7 +4,7 @@ Each world stands on its own terrain. The segments around its robot are kept as 
 so that detection needs no gathers; the window is filled anew when a robot nears its edge.
 
 A square on a segment touches in one or two points: its edge most opposed to the segment's
-normal, clipped to the segment's extent (REFERENCE: contact).
+normal, clipped to the segment's extent (MODEL.md, section 4).
 """
 
 import math
@@ -316,7 +316,8 @@ def _collide(
 def _store_point(
     body: ti.template(), pair: ti.template(), o, hit, same, depth, lx, ly, T: ti.template()
 ):
-    """Writes the point at o of a pair in the lanes of ``hit``; unless it is the same as before, with no impulse."""
+    """Writes the point at o of a pair in the lanes of ``hit``; unless it is the same as before, with
+    no impulse."""
     c, s = body[lay.COS], body[lay.SIN]
     px = body[lay.X] + (c * lx - s * ly)
     py = body[lay.Y] + (s * lx + c * ly)

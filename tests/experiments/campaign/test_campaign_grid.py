@@ -258,8 +258,8 @@ def test_studies_share_conditions() -> None:
     assert len(union("paper")) == 12 + 12 + 4 + 6 + 24 + 6
     # 40 static networks, 16 plastic ones at four control intervals, and 4 of the paper's code
     assert len(union("controls")) == 40 + 16 + 4
-    # ... of which 8 are the plain ones; and 8 without a term
-    assert len(union("all")) == 64 + 60 - 8 + 8
+    # ... of which 8 are the plain ones; 8 without a term, 12 with genes of neurons, 8 attractors
+    assert len(union("all")) == 64 + 60 - 8 + 8 + 12 + 8
     for config in union("all").values():
         assert (config.runs, config.generations, config.population) == (10, 500, 40)
         assert (config.duration, config.terrain, config.sigma) == (60.0, "hilly-3-30", 0.35)

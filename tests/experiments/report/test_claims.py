@@ -9,6 +9,7 @@ import pytest
 
 from experiments.campaign.grid import Scale
 from experiments.config import EvolveConfig
+from experiments.report import intervals
 from experiments.report.claims import CLAIMS, judge, measures, report, verdicts
 from experiments.report.claims.evidence import EVIDENCE
 from experiments.report.claims.finding import Finding
@@ -148,6 +149,47 @@ def condition(folder: Path) -> Condition:
     return found
 
 
+def gains_that_differ(by: float) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
+    """Runs of a group with gains around `by` times 1e-3, and of one with gains around 0."""
+    second = 1000 + np.arange(12.0) ** 1.3
+    first = 1000 + np.arange(12.0) ** 1.2
+    return (first + by, second), (first, second)
+
+
+def smallest_difference(alpha: float) -> float:
+    """How far the gains of both groups must be apart for their intervals not to overlap."""
+    differences = np.linspace(0, 30, 3001)
+    for by in differences:
+        (one, second), (other, _) = gains_that_differ(float(by))
+        a, b = (intervals.shift(first, second, alpha=alpha) for first in (one, other))
+        if a.low / np.median(one) > b.high / np.median(other):
+            return float(by)
+    raise AssertionError
+
+
+def test_two_intervals_have_half_of_the_level_each() -> None:
+    """A difference that intervals at the whole level would show is not enough."""
+    whole, half = smallest_difference(0.05), smallest_difference(0.025)
+    assert whole < half - 0.02
+    much, little = gains_that_differ((whole + half) / 2)
+    assert verdict_of(verdicts.greater_gain({"a": much}, {"a": little}, ("one", "other"))) == "open"
+    much, little = gains_that_differ(half + 0.1)
+    finding = verdicts.greater_gain({"a": much}, {"a": little}, ("one", "other"))
+    assert verdict_of(finding) == "supported"
+
+
+def test_a_gain_is_contradicted_at_the_level_of_all_places_together() -> None:
+    one_place, two_places = smallest_difference(0.025), smallest_difference(0.0125)
+    assert one_place < two_places - 0.02
+    much, little = gains_that_differ((one_place + two_places) / 2)
+    alone = verdicts.greater_gain({"a": little}, {"a": much}, ("one", "other"))
+    assert verdict_of(alone) == "contradicted"
+    both = verdicts.greater_gain(
+        {"a": little, "b": little}, {"a": much, "b": much}, ("one", "other")
+    )
+    assert verdict_of(both) == "open"
+
+
 def test_frozen_and_plastic_speeds_are_compared_on_the_same_terrains(tmp_path: Path) -> None:
     folder = write_run(tmp_path, SMALL, [10.0, 4.0, -1.0])
     write_paired(folder, plastic=[8.0, 4.0, -1.0], frozen=[4.0, 4.0, 1.0])
@@ -177,6 +219,13 @@ def test_measures_of_evolution_and_of_unseen_terrains(tmp_path: Path) -> None:
     # The history rises evenly through ten generations: 90 % of the last one is the ninth.
     assert measures.generations_to_converge(found).tolist() == [9, 9]
     assert measures.speed_on_unseen(found).tolist() == [8, 1]
+
+
+def test_convergence_is_told_by_the_last_tenth_of_the_generations(tmp_path: Path) -> None:
+    """Of 40 generations that rise evenly, the last four have a mean of 38.5/40, and 90 % of that is
+    reached in the 35th; of the last two or the last eight it would be the 36th or the 33rd."""
+    folder = write_run(tmp_path, replace(SMALL, generations=40), [10.0])
+    assert measures.generations_to_converge(condition(folder)).tolist() == [35]
 
 
 def test_unseen_terrains_are_compared_with_a_reassessment_on_familiar_ones(tmp_path: Path) -> None:

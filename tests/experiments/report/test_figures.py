@@ -220,6 +220,21 @@ def test_what_becomes_innate(root: Path, out: Path) -> None:
     ]
 
 
+def test_further_rules_are_compared_with_the_papers(root: Path, out: Path) -> None:
+    write_run(root, SMALL, [5.0, 6.0, 7.0])
+    write_run(root, replace(SMALL, eta="evolved"), [5.0])
+    for name in ("neuron_rules", "attractors"):
+        assert FIGURES[name](find_runs([root]), out) == []
+    write_run(root, replace(SMALL, sharing="neuron", eta="evolved"), [4.0])
+    write_run(root, replace(SMALL, normalize="max", average=10, every=4), [3.0])
+    assert [row["first"] for row in draw("neuron_rules", root, out)] == [
+        "neuron-centric, η evolved",
+        "η evolved",
+    ]
+    (row,) = draw("attractors", root, out)
+    assert float(row["median_first"]) == 3.0
+
+
 def test_inner_life(root: Path, out: Path) -> None:
     plain = write_run(root, SMALL, [3.0, 5.0])
     write_inner_life(plain, 2, growth=4.0, period=1.5)

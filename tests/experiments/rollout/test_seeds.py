@@ -2,7 +2,7 @@
 
 import pytest
 
-from experiments.rollout import seeds
+from experiments.rollout import Scenarios, seeds
 
 
 def test_a_seed_never_changes() -> None:
@@ -48,3 +48,12 @@ def test_unseen_terrains_are_predefined() -> None:
 def test_too_few_or_many_unseen_terrains_are_refused(count: int) -> None:
     with pytest.raises(ValueError, match=f"terrains: expected .* got {count}"):
         seeds.unseen_terrain_seeds(count)
+
+
+def test_a_scenario_draws_its_weights_apart_from_its_noise_and_damage() -> None:
+    individuals = [(run, 1, individual) for run in range(2) for individual in range(3)]
+    for scenarios in (
+        Scenarios.training("flat", individuals),
+        Scenarios.unseen("flat", range(6), seed=1),
+    ):
+        assert len({*scenarios.world_seeds, *scenarios.init_seeds}) == 2 * 6
