@@ -316,8 +316,8 @@ def _collide(
 def _store_point(
     body: ti.template(), pair: ti.template(), o, hit, same, depth, lx, ly, T: ti.template()
 ):
-    """Writes the point at o of a pair in the lanes of ``hit``; with no impulse, unless it is the same
-    as before."""
+    """Writes the point at o of a pair in the lanes of ``hit``; unless it is the same as before, it
+    has no impulse."""
     c, s = body[lay.COS], body[lay.SIN]
     px = body[lay.X] + (c * lx - s * ly)
     py = body[lay.Y] + (s * lx + c * ly)
