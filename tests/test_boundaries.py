@@ -37,9 +37,9 @@ EXPERIMENTS = {
     "terminal": "",
     "process": "terminal",
     "options": "",
-    "config_checks": "options",
-    "config": "config_checks options",
     "files": "terminal",
+    "config_checks": "options",
+    "config": "config_checks files options",
     "plotting": "files",
     "rollout": "config",
     "runs": "config files options terminal",
@@ -62,7 +62,7 @@ INSIDE = {
     "physics.engine": {"bench", "rollout"},
     "physics.envs": {"bench"},
     "physics.render": {"analysis", "evolution", "report", "runs"},
-    "physics.scene": {"soak", "validate"},
+    "physics.scene": {"config_checks", "soak", "validate"},
 }
 
 

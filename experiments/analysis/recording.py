@@ -180,7 +180,7 @@ def observe(config: EvolveConfig, genomes: Tensor, training: Scenarios) -> Recor
     config = replace(config, loop="fused")  # whose activations can be read
     episode = start_episode(config, genomes, training * len(genomes))
     assert isinstance(episode.network, hebbtorch.HebbianMLP)
-    assert isinstance(episode.loop, fused.Brain)
+    assert isinstance(episode.loop, fused.FusedLoop)
     recorder = _Recorder(episode.network, episode.sim, config.duration)
     for _ in range(episode.n_steps):
         episode.run(1)
@@ -207,10 +207,10 @@ class _Recorder:
         self._touching: list[Tensor] = []
         self._way: list[Tensor] = []
 
-    def add(self, sim: Simulator, brain: fused.Brain) -> None:
+    def add(self, sim: Simulator, loop: fused.FusedLoop) -> None:
         """What there is to see after one more control step."""
         self._step += 1
-        activations = brain.activations()
+        activations = loop.activations()
         neurons = activations[1:]
         self._way.append(sim.center_of_mass())
         for layer, values in enumerate(neurons):
@@ -219,7 +219,7 @@ class _Recorder:
             if end - self._averaged < self._step <= end:
                 change.add(activations)
             if end == self._step:
-                self._weights.append(brain.state().weights)
+                self._weights.append(loop.state().weights)
         if self._step >= self._first_kept:
             self._neurons.append(neurons)
             self._areas.append(sim.area_ratios())

@@ -1,4 +1,4 @@
-"""Meetings: squares of one robot that overlap and that no joint ties; where they touch.
+"""Self-collision detection: squares of one robot that overlap without a joint; where they touch.
 
 Two equal squares whose centres are d apart and whose angles differ by delta reach equally far
 along each of their four axes: they overlap by h (1 + |cos delta| + |sin delta|) less the
@@ -7,7 +7,7 @@ owns this axis is the reference: its face towards the other one plays the part o
 ``ground``, and clips the other's edge that faces it most (MODEL.md, section 4).
 
 A group lists the pairs that meet in any lane, in the order of the model's table. A world holds
-its first ``meeting_limit`` meetings and ignores further ones, whatever its lane-mates do.
+its first ``self_contact_limit`` self-contacts and ignores further ones, whatever its lane-mates do.
 """
 
 from physics.backend import ti
@@ -26,14 +26,14 @@ _FAR = 1e30
 def detect(
     S: ti.template(), lists: ti.template(), m: ti.template(), mi: ti.template(), T: ti.template()
 ):
-    """Finds the meetings of the poses reached; points found again keep their impulses."""
+    """Finds the self-contacts of the poses reached; points found again keep their impulses."""
     _remember(S, lists, m, T)
     _bound_voxels(S, m, T)
-    old = lists[lay.L_MEETINGS]
+    old = lists[lay.L_SELF_CONTACTS]
     count = 0
     cursor = 0
     held = T.vec(0.0)
-    limit = T.vec(ti.cast(m.meeting_limit, T.f))
+    limit = T.vec(ti.cast(m.self_contact_limit, T.f))
     for n in range(m.voxel_pairs):
         row = m.pair_table + PAIR_ROW * n
         voxel1 = mi[row]
@@ -55,28 +55,28 @@ def detect(
                     hit = _collide(S, m, body1, body2, count, held < limit, T)
                     if any_lane(hit, T):
                         held = ti.select(hit, held + T.f(1.0), held)
-                        entry = m.meeting_list + lay.MEETING_ENTRY * count
+                        entry = m.self_contact_list + lay.SELF_CONTACT_ENTRY * count
                         lists[entry] = _SQUARES * _SQUARES * n + k
                         lists[entry + 1] = body1
                         lists[entry + 2] = body2
                         cursor = _recall(S, lists, m, count, cursor, old, T)
                         count += 1
-    lists[lay.L_MEETINGS] = count
+    lists[lay.L_SELF_CONTACTS] = count
 
 
 @ti.func
 def _remember(S: ti.template(), lists: ti.template(), m: ti.template(), T: ti.template()):
-    """Keeps keys and impulses of the meetings so far, for those that are found again."""
-    for n in range(lists[lay.L_MEETINGS]):
-        meeting = S.at[m.meeting_block + lay.MEETING_ITEMS * n]
-        memory = S.at[m.meeting_memory + lay.MEMORY_ITEMS * n]
-        memory[0] = meeting[lay.ME_KEY]
+    """Keeps keys and impulses of the self-contacts so far, for those that are found again."""
+    for n in range(lists[lay.L_SELF_CONTACTS]):
+        touch = S.at[m.self_contact_block + lay.SELF_CONTACT_ITEMS * n]
+        memory = S.at[m.self_contact_memory + lay.MEMORY_ITEMS * n]
+        memory[0] = touch[lay.SC_KEY]
         for p in range(2):
-            point = lay.ME_POINTS + lay.MEETING_POINT_ITEMS * p
-            memory[1 + 2 * p] = meeting[point + lay.MP_JN]
-            memory[2 + 2 * p] = meeting[point + lay.MP_JT]
-        number = lists[m.meeting_list + lay.MEETING_ENTRY * n]
-        lists[m.meeting_list_old + n] = number
+            point = lay.SC_POINTS + lay.SELF_CONTACT_POINT_ITEMS * p
+            memory[1 + 2 * p] = touch[point + lay.MP_JN]
+            memory[2 + 2 * p] = touch[point + lay.MP_JT]
+        number = lists[m.self_contact_list + lay.SELF_CONTACT_ENTRY * n]
+        lists[m.self_contact_list_old + n] = number
 
 
 @ti.func
@@ -89,26 +89,26 @@ def _recall(
     old,
     T: ti.template(),
 ):
-    """Starts each point of a meeting with the impulses it had, if it is the same as before.
+    """Starts each point of a self-contact with the impulses it had, if it is the same as before.
 
-    Meetings are listed in order, so the old one is sought from the cursor on; returns its place.
+    They are listed in order, so the old one is sought from the cursor on; returns its place.
     """
-    number = lists[m.meeting_list + lay.MEETING_ENTRY * count]
-    meeting = S.at[m.meeting_block + lay.MEETING_ITEMS * count]
+    number = lists[m.self_contact_list + lay.SELF_CONTACT_ENTRY * count]
+    touch = S.at[m.self_contact_block + lay.SELF_CONTACT_ITEMS * count]
     place = cursor
-    while place < old and lists[m.meeting_list_old + place] < number:
+    while place < old and lists[m.self_contact_list_old + place] < number:
         place += 1
-    memory = S.at[m.meeting_memory + lay.MEMORY_ITEMS * place]
+    memory = S.at[m.self_contact_memory + lay.MEMORY_ITEMS * place]
     zero = T.vec(0.0)
     same = zero < zero
-    if place < old and lists[m.meeting_list_old + place] == number:
-        same = memory[0] == meeting[lay.ME_KEY]
+    if place < old and lists[m.self_contact_list_old + place] == number:
+        same = memory[0] == touch[lay.SC_KEY]
     for p in range(2):
-        point = lay.ME_POINTS + lay.MEETING_POINT_ITEMS * p
-        keeps = same & (meeting[point + lay.MP_DEPTH] >= zero)
+        point = lay.SC_POINTS + lay.SELF_CONTACT_POINT_ITEMS * p
+        keeps = same & (touch[point + lay.MP_DEPTH] >= zero)
         for j in range(2):
             impulse = memory[1 + 2 * p + j]
-            meeting[point + lay.MP_JN + j] = ti.select(keeps, impulse, zero)
+            touch[point + lay.MP_JN + j] = ti.select(keeps, impulse, zero)
     return place
 
 
@@ -124,7 +124,7 @@ def _bound_voxels(S: ti.template(), m: ti.template(), T: ti.template()):
                 x = centers[k * lay.BODY_ITEMS]
                 low = ti.min(low, x)
                 high = ti.max(high, x)
-            bounds = S.at[m.meeting_bounds + lay.BOUND_ITEMS * v + axis]
+            bounds = S.at[m.self_contact_bounds + lay.BOUND_ITEMS * v + axis]
             bounds[0] = low
             bounds[2] = high
 
@@ -133,8 +133,8 @@ def _bound_voxels(S: ti.template(), m: ti.template(), T: ti.template()):
 def _neighbours(S: ti.template(), m: ti.template(), voxel1, voxel2, welded, T: ti.template()):
     """Whether squares of two voxels are near enough to meet in any lane: most pairs of voxels are
     told apart by their bounds."""
-    a = S.at[m.meeting_bounds + lay.BOUND_ITEMS * voxel1]
-    b = S.at[m.meeting_bounds + lay.BOUND_ITEMS * voxel2]
+    a = S.at[m.self_contact_bounds + lay.BOUND_ITEMS * voxel1]
+    b = S.at[m.self_contact_bounds + lay.BOUND_ITEMS * voxel2]
     gap = T.vec(0.0)
     for axis in range(2):
         gap = ti.max(gap, a[axis] - b[2 + axis])
@@ -177,7 +177,7 @@ def _face(x, y, T: ti.template()):
 
 @ti.func
 def _collide(S: ti.template(), m: ti.template(), body1, body2, count, free, T: ti.template()):
-    """Writes the meeting of two squares as the one of this number, in all lanes at once.
+    """Writes the self-contact of two squares as the one of this number, in all lanes at once.
 
     Returns the lanes that have one, which are among the free ones; in the others its depths are
     negative and its effective masses zero.
@@ -187,13 +187,13 @@ def _collide(S: ti.template(), m: ti.template(), body1, body2, count, free, T: t
     dy = square2[lay.Y] - square1[lay.Y]
     hit = free & (dx * dx + dy * dy < T.f(_REACH**2))
     if any_lane(hit, T):
-        meeting = S.at[m.meeting_block + lay.MEETING_ITEMS * count]
-        hit = _clip(S, body1, body2, meeting, hit, dx, dy, T)
+        touch = S.at[m.self_contact_block + lay.SELF_CONTACT_ITEMS * count]
+        hit = _clip(S, body1, body2, touch, hit, dx, dy, T)
     return hit
 
 
 @ti.func
-def _clip(S: ti.template(), body1, body2, meeting: ti.template(), near, dx, dy, T: ti.template()):
+def _clip(S: ti.template(), body1, body2, touch: ti.template(), near, dx, dy, T: ti.template()):
     """Separating axes, then the one square's edge clipped to the other one's face."""
     zero = T.vec(0.0)
     one = T.vec(1.0)
@@ -236,19 +236,19 @@ def _clip(S: ti.template(), body1, body2, meeting: ti.template(), near, dx, dy, 
         depth_high = below - q_high * rise
         hit = hit & (q_low <= q_high) & (ti.max(depth_low, depth_high) >= zero)
         key = (rx + T.f(3.0) * ry) + T.f(8.0) * (fx + T.f(3.0) * fy) + T.f(32.0) * sign
-        meeting[lay.ME_KEY] = ti.select(hit, key, zero)
-        meeting[lay.ME_NX] = nx * sign
-        meeting[lay.ME_NY] = ny * sign
+        touch[lay.SC_KEY] = ti.select(hit, key, zero)
+        touch[lay.SC_NX] = nx * sign
+        touch[lay.SC_NY] = ny * sign
         for p in range(2):
             q = q_low
             deep = depth_low
             if p != 0:
                 q = q_high
                 deep = depth_high
-            point = lay.ME_POINTS + lay.MEETING_POINT_ITEMS * p
+            point = lay.SC_POINTS + lay.SELF_CONTACT_POINT_ITEMS * p
             touches = hit & (deep >= zero)
-            meeting[point + lay.MP_DEPTH] = ti.select(touches, deep, minus)
-            _store_arms(S, body1, body2, meeting, point, touches, swap, ex + wx * q, ey + wy * q, T)
+            touch[point + lay.MP_DEPTH] = ti.select(touches, deep, minus)
+            _store_arms(S, body1, body2, touch, point, touches, swap, ex + wx * q, ey + wy * q, T)
     return hit
 
 
@@ -257,7 +257,7 @@ def _store_arms(
     S: ti.template(),
     body1,
     body2,
-    meeting: ti.template(),
+    touch: ti.template(),
     point,
     touches,
     swap,
@@ -270,7 +270,7 @@ def _store_arms(
     square1, square2 = S.at[body1], S.at[body2]
     dx = square2[lay.X] - square1[lay.X]
     dy = square2[lay.Y] - square1[lay.Y]
-    nx, ny = meeting[lay.ME_NX], meeting[lay.ME_NY]
+    nx, ny = touch[lay.SC_NX], touch[lay.SC_NY]
     normal = T.vec(2.0)  # inverse effective masses
     tangential = T.vec(2.0)
     zero = T.vec(0.0)
@@ -288,11 +288,11 @@ def _store_arms(
         c, s = square[lay.COS], square[lay.SIN]
         rn = (rx * ny - ry * nx) * T.f(1 / lay.GYRATION)
         rt = (rx * nx + ry * ny) * T.f(-1 / lay.GYRATION)
-        meeting[arms + lay.AR_X] = c * rx + s * ry
-        meeting[arms + lay.AR_Y] = c * ry - s * rx
-        meeting[arms + lay.AR_N] = rn
-        meeting[arms + lay.AR_T] = rt
+        touch[arms + lay.AR_X] = c * rx + s * ry
+        touch[arms + lay.AR_Y] = c * ry - s * rx
+        touch[arms + lay.AR_N] = rn
+        touch[arms + lay.AR_T] = rt
         normal += rn * rn
         tangential += rt * rt
-    meeting[point + lay.MP_MN] = ti.select(touches, one / normal, zero)
-    meeting[point + lay.MP_MT] = ti.select(touches, one / tangential, zero)
+    touch[point + lay.MP_MN] = ti.select(touches, one / normal, zero)
+    touch[point + lay.MP_MT] = ti.select(touches, one / tangential, zero)
