@@ -193,7 +193,8 @@ def render(
         seconds: Length of the film [s].
         beside: What to show beside the champion, in beside.mp4: "damaged" (voxels break with
             probability 0.5 at half of the episode), "frozen" (it stops learning when the film
-            begins), or folders of other runs.
+            begins), "generation-N" (the best of generation 1, 25, 50, ...), or folders of other
+            runs.
         seed: Decides terrain, sensor noise and damage of the episode shown.
         out: Folder for the files; by default the run's.
     """
