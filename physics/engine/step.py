@@ -83,7 +83,7 @@ def detect(S: ti.template(), lists: ti.template(), m: ti.template(), advanced, T
 
 @ti.func
 def count_step(S: ti.template(), m: ti.template(), T: ti.template()):
-    """A world lives until its last step is done or it has failed."""
+    """A world goes on until its last step is done or it has failed."""
     h = m.header
     lives = (S[h + lay.H_STEP] < S[h + lay.H_LIFE]) & (S[h + lay.H_FAILED] == T.f(0.0))
     alive = ti.select(lives, T.vec(1.0), T.vec(0.0))

@@ -17,7 +17,7 @@ from physics.engine.memory.model import PAIR_ROW
 from physics.scene import material
 
 _REACH = material.SQUARE_SIDE * 2**0.5  # centres of squares that meet are no further apart [m]
-_LEAST = 1e-12  # a robot is born with squares that touch by rounding errors [m]
+_LEAST = 1e-12  # a robot starts with squares that touch by rounding errors [m]
 _SQUARES = 4  # of a voxel
 _FAR = 1e30
 

@@ -58,7 +58,7 @@ def test_generalization_tests_runs_and_tells_the_pooled_p(root: Path, out: Path)
     write_evaluation(ours, SMALL, [[8, 4, 6], [5, 5.5, 7], [9, 8, float("nan")]])
     write_evaluation(theirs, MLP, [[1, 1.5, 2], [0.5, 2.5, 3], [0, 3.5, 2.2]])
     (row,) = draw("generalization", root, out)
-    # Medians of the runs are 6, 5.5 and 8, where the failed life is the worst.
+    # Medians of the runs are 6, 5.5 and 8, where the failed episode is the worst.
     assert float(row["median_first"]) == 6
     assert float(row["median_second"]) == 2.2
     assert float(row["p"]) == pytest.approx(0.1)
