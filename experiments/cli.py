@@ -11,7 +11,7 @@ import io
 import logging
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -91,11 +91,11 @@ def evolve(
         resume: Folder of a run to go on with, exactly; its options are those it has. With
             --generations beside it, the run gets that length.
     """
-    from experiments.evolution import evolve as evolution
+    from experiments.evolution import launch
 
     _one_thread()
     if resume is None:
-        evolution.evolve(config, out or _free_folder(config))
+        launch.evolve(config, out or _free_folder(config))
         return
     if out is not None or config != EvolveConfig(generations=config.generations):
         raise ValueError(
@@ -103,7 +103,7 @@ def evolve(
             f"it has; got some: use --resume {resume} alone, or start anew with --out"
         )
     asked = any(word.split("=")[0] == "--generations" for word in sys.argv)
-    evolution.resume(resume, config.generations if asked else None)
+    launch.resume(resume, config.generations if asked else None)
 
 
 @_command
@@ -337,7 +337,7 @@ def pack(root: _Root, out: Path, seed: int = 0) -> None:
 
     for path in pack_runs(root, out):
         print(f"wrote {path}")
-    draw_all((out,), None, seed, print_quality=False)
+    _tell_what_is_missing(draw_all((out,), None, seed, print_quality=False))
 
 
 @_command
@@ -372,7 +372,7 @@ def figures(roots: _Roots, seed: int = 0, out: Path | None = None) -> None:
     """
     from experiments.report.gallery import draw_all
 
-    draw_all(roots, out, seed)
+    _tell_what_is_missing(draw_all(roots, out, seed))
 
 
 def main() -> None:
@@ -427,6 +427,15 @@ def _unframed(box: str) -> str:
     inside = " ".join(line for line in box.splitlines() if not line.startswith(("╭", "╰")))
     words = re.sub("[─-╿]", " ", re.sub("─{3,}", "; ", inside))
     return re.sub(r"\.? +; +", "; ", " ".join(words.split()))
+
+
+def _tell_what_is_missing(figures: Sequence[str]) -> None:
+    """Name, for each figure that was not drawn, the study whose runs it needs."""
+    from experiments.studies.registry import STUDIES
+
+    for figure in figures:
+        study = next(study.name for study in STUDIES.values() if figure in study.figures)
+        print(f"not drawn: {figure}; `hebbtorch campaign {study} --out ROOT` makes what it needs")
 
 
 def _one_thread() -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import json
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 from experiments.options import option
 
@@ -47,21 +47,63 @@ class EvolveConfig:
             "grouped": "sensors",
             "presynaptic": "pre-synaptic",
             "postsynaptic": "post-synaptic",
+            "neuron": "neuron-centric",
         },
         controllers=_PLASTIC,
     )
     """Which synapses share a rule: full (none do), single (all do), presynaptic (those that enter
-    a neuron), postsynaptic (those that leave it) or grouped (those of one kind of sensor)."""
+    a neuron), postsynaptic (those that leave it), grouped (those of one kind of sensor) or neuron
+    (genes belong to neurons, and a synapse combines those of its two)."""
+
+    rule: str = option("abcd", "variant", controllers=_PLASTIC)
+    """Learning rule: abcd (the paper's), hebb, oja, bcm or differential."""
 
     normalize: str | None = option(
         None,
         "variant",
         suffix=lambda value: "normalized" if value == "l2" else f"normalized-{value}",
-        label={"l2": "normalized", "minmax": "min-max"},
+        label={"l2": "normalized", "minmax": "min-max", "max": "over the greatest"},
         controllers=_PLASTIC,
     )
     """none: weights as the rules leave them; l2: every neuron's incoming weights scaled to norm 1
-    (the paper's text); minmax: mapped onto [-1, 1] (the paper's code)."""
+    (the paper's text); minmax: mapped onto [-1, 1] (the paper's code); max: every layer's over the
+    greatest of them."""
+
+    average: int = option(
+        1,
+        "variant",
+        suffix=lambda value: f"average-{value}",
+        label=lambda value: f"means over {value} steps",
+        controllers=_PLASTIC,
+    )
+    """The rule sees the means of the activations over so many control steps."""
+
+    every: int = option(
+        1,
+        "variant",
+        suffix=lambda value: f"every-{value}",
+        label=lambda value: f"updates every {value} steps",
+        controllers=_PLASTIC,
+    )
+    """The weights change once in so many control steps."""
+
+    decay: float = option(
+        0.0,
+        "variant",
+        suffix=lambda value: f"decay-{float(value):g}",
+        label=lambda value: f"decay {value:g}",
+        controllers=_PLASTIC,
+    )
+    """Share of the weights that is lost in each update."""
+
+    clip: float = option(
+        0.0,
+        "variant",
+        suffix=lambda value: f"clip-{float(value):g}",
+        label=lambda value: f"clipped at {value:g}",
+        controllers=_PLASTIC,
+    )
+    """Bound on the magnitude of the weights; 0: none."""
 
     eta: float | Literal["evolved"] = option(
         0.01,
@@ -79,7 +121,17 @@ class EvolveConfig:
         label={"uniform": "U(-1, 1)"},
         controllers=_PLASTIC,
     )
-    """Initial weights: zeros, or uniform, drawn from U(-1, 1) anew for every episode."""
+    """Initial weights: zeros; uniform U(-1, 1), normal N(0, 1) or kaiming N(0, 2 / inputs), drawn
+    anew for every episode; or evolved, genes of their own."""
+
+    fixed: bool = option(
+        False,
+        "variant",
+        suffix=lambda _: "fixed",
+        label=lambda _: "fixed and plastic",
+        controllers=_PLASTIC,
+    )
+    """Weights that are not plastic are added: fixed + alpha * plastic, fixed and alpha evolve."""
 
     damage: Literal["none", "half"] = option("none", "axis", suffix=lambda value: f"damage-{value}")
     """"half": each voxel breaks with probability 0.5 at half of the episode."""
@@ -111,10 +163,8 @@ class EvolveConfig:
     )
     """Of a static network: the factor on every gene where it becomes a weight."""
 
-    bias: bool = option(
-        False, "variant", suffix=lambda _: "bias", label=lambda _: "biases", controllers=_STATIC
-    )
-    """Of a static network: every neuron but the inputs has a bias, a gene of its own."""
+    bias: bool = option(False, "variant", suffix=lambda _: "bias", label=lambda _: "biases")
+    """Every neuron but the inputs has a bias, a gene of its own, which is not plastic."""
 
     input_activation: Literal["identity", "tanh"] = option(
         "identity",
@@ -208,6 +258,14 @@ class EvolveConfig:
         from experiments.config_checks import check
 
         check(self)
+
+    def plastic_options(self) -> dict[str, Any]:
+        """The options of plastic networks as `hebbtorch.HebbianMLP` takes them."""
+        names = (
+            "rule", "sharing", "normalize", "average", "every", "decay", "eta", "init",
+            "fixed", "bias", "exchange_bc", "constant_last_input", "terms",
+        )  # fmt: skip
+        return {"clip": self.clip or None, **{name: getattr(self, name) for name in names}}
 
     def to_json(self) -> str:
         """The options as a JSON object, which `from_json` reads back."""

@@ -43,6 +43,8 @@ def _check_numbers(config: Any) -> None:
         ("generations", 1),
         ("population", _LEAST_POPULATION),
         ("control_interval", 1),
+        ("average", 1),
+        ("every", 1),
         ("runs", 1),
         ("seed", 0),
         ("threads", 1),
@@ -52,7 +54,13 @@ def _check_numbers(config: Any) -> None:
             continue
         if not _is_integer(value) or value < least:
             raise ValueError(f"{name}: expected an integer >= {least}, got {value!r}")
-    for name, minimum in (("sigma", 0.0), ("noise", 0.0), ("duration", _LEAST_DURATION)):
+    for name, minimum in (
+        ("sigma", 0.0),
+        ("noise", 0.0),
+        ("duration", _LEAST_DURATION),
+        ("decay", 0.0),
+        ("clip", 0.0),
+    ):
         value = getattr(config, name)
         if not _is_finite(value) or value < minimum:
             raise ValueError(f"{name}: expected a finite number >= {minimum}, got {value!r}")
@@ -84,13 +92,10 @@ def _check_network(config: Any) -> None:
 
     network = hebbtorch.HebbianMLP(
         [1, 1],
-        sharing=config.sharing,
         groups=["input"] if config.sharing == "grouped" else None,
-        eta=config.eta,
-        normalize=config.normalize,
-        terms=config.terms,
+        **config.plastic_options(),
     )
-    network.initial_state(config.init, generator=torch.Generator())
+    network.initial_state(generator=torch.Generator())
 
 
 def _check_world(config: Any) -> None:

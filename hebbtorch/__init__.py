@@ -29,6 +29,8 @@ from hebbtorch.functional.rules import RULES, LearningRule, Rule, abcd_update, b
 from hebbtorch.genome import Evolvable, GeneBlock
 from hebbtorch.linear import HebbianLinear
 from hebbtorch.mlp import HebbianMLP
+from hebbtorch.module_genes import ModuleGenes
+from hebbtorch.monitor import Monitor
 from hebbtorch.recurrent import HebbianRNN
 from hebbtorch.rule_bank import RuleBank
 from hebbtorch.sharing import SHARINGS, RuleGrid, rule_grid
@@ -49,6 +51,8 @@ __all__ = [
     "HebbianMLP",
     "HebbianRNN",
     "LearningRule",
+    "ModuleGenes",
+    "Monitor",
     "Rule",
     "RuleBank",
     "RuleGrid",

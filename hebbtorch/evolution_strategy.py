@@ -350,10 +350,10 @@ class EvolutionStrategy:
         return torch.Generator("cpu").manual_seed(int.from_bytes(digest, "little"))
 
 
-def _integer(name: str, value: object, least: int | None) -> int:
+def _integer(name: str, value: Any, least: int | None) -> int:
     """An argument that must be an integer, perhaps of at least so much; numpy's count as well."""
     is_integer = isinstance(value, Integral) and not isinstance(value, bool)
-    if not is_integer or (least is not None and value < least):  # type: ignore[operator]
+    if not is_integer or (least is not None and int(value) < least):
         range_ = "" if least is None else f" of at least {least}"
         raise ValueError(f"{name}: expected an integer{range_}, got {value!r}")
-    return int(value)  # type: ignore[call-overload, no-any-return]
+    return int(value)

@@ -10,10 +10,22 @@ for _ in range(60):
 """
 
 from physics.engine.memory.model import Engine
+from physics.scene.clock import steps_in
 from physics.scene.damage import Damage
+from physics.scene.material import DT
 from physics.scene.morphology import Morphology
 from physics.scene.sensors import Apparatus, Sensor
 from physics.scene.terrain import Terrain
 from physics.simulator import Simulator
 
-__all__ = ["Apparatus", "Damage", "Engine", "Morphology", "Sensor", "Simulator", "Terrain"]
+__all__ = [
+    "DT",
+    "Apparatus",
+    "Damage",
+    "Engine",
+    "Morphology",
+    "Sensor",
+    "Simulator",
+    "Terrain",
+    "steps_in",
+]

@@ -68,7 +68,7 @@ class Batch:
         self.episodes = np.zeros(len(seeds), dtype=np.int64)
         self._morphology = morphology
         self.extent = extent
-        self._lifetimes = np.minimum(lifetimes, st.ENDLESS)
+        self._lifetimes = np.minimum(lifetimes, clock.ENDLESS)
         self._damage = damage
         self._like = like
         self._poses: dict[Terrain | None, Tensor] = {}
@@ -211,6 +211,6 @@ class Batch:
             n_voxels = self._morphology.n_voxels
             broken = np.stack([damage.sample(int(seed), n_voxels) for seed in seeds])
         start = float(clock.steps_in(damage.time))
-        stop = st.ENDLESS if math.isinf(damage.until) else float(clock.steps_in(damage.until))
-        times = np.where(broken[..., None], [start, stop], st.ENDLESS)
+        stop = clock.ENDLESS if math.isinf(damage.until) else float(clock.steps_in(damage.until))
+        times = np.where(broken[..., None], [start, stop], clock.ENDLESS)
         return torch.from_numpy(times)

@@ -12,7 +12,6 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from physics.engine.memory.state import ENDLESS
 from physics.scene import clock
 from physics.scene.terrain import Terrain
 
@@ -195,7 +194,7 @@ def mixed(seeds: np.ndarray, indices: np.ndarray) -> np.ndarray:
 def lifetimes_in_steps(lifetime: float | Sequence[float] | None, n_worlds: int) -> np.ndarray:
     """Engine steps that every world lives, (N,) float64."""
     if lifetime is None:
-        return np.full(n_worlds, ENDLESS)
+        return np.full(n_worlds, clock.ENDLESS)
     seconds = list(lifetime) if is_sequence(lifetime) else [lifetime] * n_worlds
     if len(seconds) != n_worlds:
         raise ValueError(f"lifetime: expected one or {n_worlds} numbers [s], got {len(seconds)}")

@@ -202,7 +202,7 @@ class Simulator(Launcher):
             ValueError: wrong shape, or not finite.
         """
         checks.tensor("actuation", actuation, worlds=self.n_worlds, voxels=self.n_voxels)
-        return self.run(actuation[None])
+        return self._run("actuation", actuation[None])
 
     def run(self, actuations: Tensor) -> Tensor | None:
         """Many control steps in one call, each as ``step`` does it.
@@ -220,9 +220,13 @@ class Simulator(Launcher):
         checks.tensor(
             "actuations", actuations, steps=None, worlds=self.n_worlds, voxels=self.n_voxels
         )
+        return self._run("actuations", actuations)
+
+    def _run(self, name: str, actuations: Tensor) -> Tensor | None:
+        """`run`, by the name of the argument that holds the actuations."""
         actions = actuations.detach().to(self.device, self.dtype).contiguous()
         if self.device.type == "cpu":
-            checks.finite_numbers("actuation", actions)
+            checks.finite_numbers(name, actions)
         steps = len(actions) * self.control_interval
         self._reserve(steps)
         readings = self._readings()

@@ -1,7 +1,8 @@
 """Who may import whom, read from the sources."""
 
 import ast
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,52 @@ FORBIDDEN = {
     "hebbtorch": {"physics", "experiments", "taichi"},
     "physics": {"hebbtorch", "experiments"},
     "experiments": {"tests"},
+}
+
+# What the folders and the single modules of a package may import of it, from the bottom up: only
+# what stands above them here, and of that only what is named.
+PHYSICS = {
+    "compile_cache": "",
+    "compiler_thread": "",
+    "backend": "compile_cache compiler_thread",
+    "scene": "",
+    "checks": "scene",
+    "engine": "backend checks scene",
+    "observations": "engine scene",
+    "batch": "checks engine scene",
+    "launcher": "backend batch engine observations scene",
+    "simulator": "backend batch checks engine launcher observations scene",
+    "render": "scene",
+    "envs": "checks render scene simulator",
+}
+EXPERIMENTS = {
+    "terminal": "",
+    "process": "terminal",
+    "options": "",
+    "config_checks": "options",
+    "config": "config_checks options",
+    "files": "terminal",
+    "plotting": "files",
+    "rollout": "config",
+    "runs": "config files options terminal",
+    "analysis": "config files plotting rollout runs terminal",
+    "evolution": "analysis config rollout runs terminal",
+    "report": "analysis config files options plotting runs terminal",
+    "campaign": "analysis config evolution files options report rollout runs terminal",
+    "studies": "campaign config",
+    "validate": "files plotting rollout terminal",
+    "bench": "config evolution files rollout runs terminal",
+    "cli": "analysis bench campaign config evolution files process report runs studies terminal "
+    "validate",
+}
+
+# What experiments use of physics besides its public names.
+INSIDE = {
+    "physics.checks": {"bench", "config_checks"},
+    "physics.backend": {"bench", "rollout"},
+    "physics.engine": {"bench", "rollout"},
+    "physics.render": {"analysis", "evolution", "report", "runs"},
+    "physics.scene": {"validate"},
 }
 
 
@@ -29,6 +76,16 @@ def imported(path: Path) -> Iterator[str]:
 
 def sources(package: str) -> list[Path]:
     return sorted((ROOT / package).rglob("*.py"))
+
+
+def rooms(package: str) -> dict[str, list[Path]]:
+    """The folders of a package with all files below them, and its single modules."""
+    found: dict[str, list[Path]] = {}
+    for path in sources(package):
+        first = path.relative_to(ROOT / package).parts[0].removesuffix(".py")
+        if first != "__init__":
+            found.setdefault(first, []).append(path)
+    return found
 
 
 @pytest.mark.parametrize("package", FORBIDDEN)
@@ -64,3 +121,43 @@ def test_modules_do_not_import_in_circles(package: str) -> None:
         for needs in below.values():
             needs.difference_update(ready)
     assert not below, "these import each other, or modules that do"
+
+
+@pytest.mark.parametrize(
+    ("package", "allowed"), [("physics", PHYSICS), ("experiments", EXPERIMENTS)]
+)
+def test_folders_import_only_what_stands_below_them(
+    package: str, allowed: Mapping[str, str]
+) -> None:
+    found = rooms(package)
+    assert set(found) == set(allowed), "say of every folder and module what it may import"
+    above: list[str] = []
+    for room, names in allowed.items():
+        assert set(names.split()) <= set(above), f"{room} may not import what stands above it"
+        above.append(room)
+        used = {
+            module.split(".")[1]
+            for path in found[room]
+            for module in imported(path)
+            if module.startswith(f"{package}.")
+        }
+        too_many = (used & set(found)) - {room, *names.split()}
+        assert not too_many, f"{package}.{room} imports {', '.join(sorted(too_many))}"
+
+
+def test_experiments_reach_into_physics_at_few_places() -> None:
+    for room, paths in rooms("experiments").items():
+        for path in paths:
+            for module in imported(path):
+                inside = ".".join(module.split(".")[:2])
+                is_inside = inside.startswith("physics.") and inside.split(".")[1] in PHYSICS
+                assert not is_inside or room in INSIDE.get(inside, ()), f"{path}: {module}"
+
+
+@pytest.mark.parametrize("package", FORBIDDEN)
+def test_every_folder_has_a_charter(package: str) -> None:
+    """A sentence that says what belongs there."""
+    for folder in {path.parent for path in sources(package)} - {ROOT / "experiments"}:
+        text = (folder / "__init__.py").read_text(encoding="utf-8")
+        first = (ast.get_docstring(ast.parse(text)) or "").split("\n\n")[0]
+        assert re.fullmatch(r"[A-Z`].{15,}[.:]", first, flags=re.DOTALL), folder

@@ -16,8 +16,8 @@ from experiments.analysis.film_options import FilmOptions
 from experiments.analysis.spectrum import period_of
 from experiments.analysis.trajectory import Trajectory, record
 from experiments.runs.champions import Champions
+from physics import DT
 from physics.render import draw, movie, palette
-from physics.scene.material import DT
 
 __all__ = ["chosen_run", "draw_gait", "film_run", "side_by_side", "write_films"]
 

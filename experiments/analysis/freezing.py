@@ -8,17 +8,15 @@ back.
 
 from __future__ import annotations
 
-import io
+import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import torch
 from torch import Tensor
 
-import hebbtorch
 from experiments.analysis.unseen import speeds_on
 from experiments.config import EvolveConfig
-from experiments.files.atomic import write_atomically
 from experiments.files.csvfile import write_csv
 from experiments.files.outputs import require_writable
 from experiments.rollout import controller, seeds
@@ -26,6 +24,8 @@ from experiments.rollout.episode import Episode, simulator, start_episode
 from experiments.rollout.scenarios import Scenarios
 from experiments.runs.champions import Champions
 from experiments.runs.names import FREEZING_TERRAINS, freezing_file
+from experiments.runs.tensorboard import EventFile
+from experiments.runs.tensorboard.tracker import run_folders
 
 __all__ = ["Freezing", "act", "freeze", "learn", "plastic_champions", "report", "training_and_test"]
 
@@ -74,27 +74,44 @@ class Freezing:
         )
         return write_csv(out, ("run", "second", "terrain", "speed"), rows)
 
-    def draw(self, out: Path) -> Path:
-        """Draw them as a PNG: median over the runs, and beside it a standard deviation."""
-        # Slow to import, and most that import this module draw nothing.
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
+    def draw(self, out: Path) -> list[Path]:
+        """Draw them as PNG and PDF: median over the runs within their quartiles.
 
-        figure = Figure(figsize=(6, 3.5), layout="constrained")
-        axes = figure.add_subplot()
-        seconds, middle = range(len(self.middle)), self.middle.numpy()
-        if self.spread is not None:
-            spread = self.spread.numpy()
-            axes.fill_between(seconds, middle - spread, middle + spread, alpha=0.25, linewidth=0)
-        axes.plot(seconds, middle)
-        axes.axhline(0, color="0.7", linewidth=0.8, zorder=0)
-        axes.set_xlabel("weights frozen at [s]")
-        axes.set_ylabel("speed once frozen [m/s]")
-        axes.set_title(self.title, fontsize="medium")
-        picture = io.BytesIO()
-        FigureCanvasAgg(figure).print_png(picture)
-        write_atomically(out, picture.getvalue())
-        return out
+        Args:
+            out: path of the PNG file.
+        """
+        # Slow to import, and most that import this module draw nothing.
+        from experiments.plotting import style
+
+        seconds, of_runs = range(len(self.middle)), self.speeds.nanmean(-1)
+        with style.sheet(out.parent, out.stem, (4.4, 2.4)) as sheet:
+            axes = sheet.panel(0)
+            look = style.looks([""])[""]
+            if len(self.speeds) > 1:
+                low, high = of_runs.nanquantile(of_runs.new_tensor([0.25, 0.75]), 0).numpy()
+                axes.fill_between(seconds, low, high, color=look.color, alpha=0.25, lw=0)
+            axes.plot(seconds, self.middle.numpy(), color=look.color)
+            axes.axhline(0, color="0.7", linewidth=0.8, zorder=0)
+            axes.set(xlabel="weights frozen at [s]", ylabel="speed once frozen [m/s]")
+            axes.set_title(self.title)
+            of_band = "; line: median, band: quartiles over runs" if len(self.speeds) > 1 else ""
+            sheet.note(
+                f"{style.counted([len(self.speeds)])}, mean over {len(self.terrains)} unseen "
+                f"terrain(s){of_band}"
+            )
+        return sheet.files
+
+    def log(self, folder: Path, runs: int) -> None:
+        """Show them in TensorBoard, by the seconds of the champions' episodes.
+
+        Args:
+            folder: of the run.
+            runs: of the evolution.
+        """
+        for path, speeds in zip(run_folders(folder, runs), self.speeds.nanmean(-1), strict=True):
+            with EventFile(path / "life", part="freeze") as file:
+                for second, speed in enumerate(speeds.tolist()):
+                    file.scalars({"freeze/speed": None if math.isnan(speed) else speed}, second)
 
 
 def freeze(champions: Champions, n_terrains: int = FREEZING_TERRAINS, seed: int = 0) -> Freezing:
@@ -112,7 +129,7 @@ def freeze(champions: Champions, n_terrains: int = FREEZING_TERRAINS, seed: int 
     config = champions.config
     training, test = training_and_test(config, n_terrains, seed)
     snapshots = learn(config, champions.genomes, range(int(config.duration) + 1), training)
-    speeds = act(config, snapshots, test)
+    speeds = act(config, snapshots, test, champions.genomes)
     bound = "" if config.normalize is None else f", normalized ({config.normalize})"
     title = (
         f"{config.shape}, {config.sensors} sensors, damage {config.damage}{bound}, "
@@ -145,8 +162,10 @@ def report(folder: Path, n_terrains: int, seed: int, out: Path | None) -> None:
             f"out: expected a name whose picture, {str(picture)!r}, is free or of the same table, "
             f"got {str(out)!r}; choose another name"
         )
-    freezing = freeze(plastic_champions(folder), n_terrains, seed)
-    files = [freezing.write(out), freezing.draw(picture)]
+    champions = plastic_champions(folder)
+    freezing = freeze(champions, n_terrains, seed)
+    files = [freezing.write(out), *freezing.draw(picture)]
+    freezing.log(folder, champions.config.runs)
     print(f"{freezing.title}, {n_terrains} terrain(s), median over the runs in m/s:")
     for second in (each for each in _SHOWN if each < len(freezing.middle)):
         spread = "" if freezing.spread is None else f" +- {freezing.spread[second]:.2f}"
@@ -216,35 +235,51 @@ def learn(
     return tuple(torch.stack(layer) for layer in zip(*snapshots, strict=True))
 
 
-def act(config: EvolveConfig, weights: Weights, test: Scenarios) -> Tensor:
+def act(
+    config: EvolveConfig, weights: Weights, test: Scenarios, genomes: Tensor | None = None
+) -> Tensor:
     """Speeds of networks whose weights stay as they are.
 
     Args:
         config: of the evolution of the individuals.
         weights: per layer, shape (B, K, out, in).
         test: S scenarios, the same for all.
+        genomes: of the individuals, shape (K, G): whatever besides the weights makes a network is
+            in them, such as biases. Needed only for options that have it.
 
     Returns:
         Speeds [m/s], shape (B, K, S), float64, NaN where the life failed.
     """
+    n_snapshots = len(weights[0])
     shape = (*weights[0].shape[:-2], len(test))
-    individuals = tuple(layer.flatten(0, -3) for layer in weights)
-    parts = zip(
-        *(layer.split(max(1, _MOST_WORLDS // len(test))) for layer in individuals), strict=True
-    )
-    return torch.cat([_speeds(config, part, test) for part in parts]).reshape(shape)
+    of_each = None if genomes is None else genomes.repeat(n_snapshots, 1)
+    size = max(1, _MOST_WORLDS // len(test))
+    speeds = []
+    for first in range(0, shape[0] * shape[1], size):
+        part = slice(first, first + size)
+        individuals = tuple(layer.flatten(0, -3)[part] for layer in weights)
+        speeds.append(
+            _speeds(config, individuals, test, None if of_each is None else of_each[part])
+        )
+    return torch.cat(speeds).reshape(shape)
 
 
-def _speeds(config: EvolveConfig, weights: Weights, test: Scenarios) -> Tensor:
+def _speeds(
+    config: EvolveConfig, weights: Weights, test: Scenarios, genomes: Tensor | None
+) -> Tensor:
     """Speeds of networks with fixed weights, (N, out, in) per layer; shape (N * S,)."""
-    if not config.constant_last_input:
-        # Without plasticity, a plastic network is a static one with the same weights.
+    n = len(weights[0])
+    if not (config.constant_last_input or config.bias or config.fixed):
+        # Without plasticity, such a network is a static one with the same weights.
         static = replace(config, controller="mlp")
         return speeds_on(static, torch.cat([w.flatten(1) for w in weights], -1), test).flatten()
-    n = len(weights[0]) * len(test)
-    network = controller.build(config, n)
-    state = hebbtorch.State(tuple(w.repeat_interleave(len(test), 0) for w in weights))
-    sim = simulator(config, test * len(weights[0]))
+    network = controller.build(config, n * len(test))
+    if genomes is None:
+        genomes = torch.zeros(n, network.n_genes)
+    network.set_genomes(genomes.repeat_interleave(len(test), 0))
+    learned = tuple(w.repeat_interleave(len(test), 0) for w in weights)
+    state = network.initial_state()._replace(weights=learned)
+    sim = simulator(config, test * n)
     episode = Episode(sim, network, config.duration, state=state, loop=config.loop)
     episode.freeze()
     return episode.finish().speed.cpu()

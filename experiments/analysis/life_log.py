@@ -77,6 +77,8 @@ def _shares(course: Trajectory, genome: Tensor, here: np.ndarray) -> list[dict[s
     network = controller.build(course.config, 1)
     if not (course.activations and isinstance(network, hebbtorch.HebbianMLP)):
         return []
+    if course.config.rule != "abcd":
+        return []  # it has no terms A, B, C, D
     network.set_genomes(genome[None])
     sizes = TermSizes(network)
     layers = [torch.from_numpy(layer[here]) for layer in course.activations]

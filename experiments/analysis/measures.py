@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from experiments.analysis import spectrum
-from physics.scene.material import DT
+from physics import DT
 
 __all__ = [
     "DIVERGED",

@@ -74,7 +74,7 @@ def compare(config: EvolveConfig, genomes: Tensor, test: Scenarios, training: Sc
     if config.controller != "hebbian":
         return plastic
     snapshots = learn(config, genomes, _times(config), training)
-    return torch.cat([plastic, act(config, snapshots, test).cpu()])
+    return torch.cat([plastic, act(config, snapshots, test, genomes).cpu()])
 
 
 def _times(config: EvolveConfig) -> list[float]:

@@ -74,7 +74,8 @@ def prune(champions: Champions, n_terrains: int = FREEZING_TERRAINS, seed: int =
         for fraction in FRACTIONS
     ]
     weights = tuple(torch.stack(layer) for layer in zip(*all_pruned, strict=True))
-    speeds = act(config, weights, test).unflatten(0, (len(KINDS), len(FRACTIONS)))
+    speeds = act(config, weights, test, champions.genomes)
+    speeds = speeds.unflatten(0, (len(KINDS), len(FRACTIONS)))
     return Pruning(test.names, speeds.movedim(2, 0))
 
 

@@ -30,8 +30,7 @@ from experiments.rollout import fused
 from experiments.rollout.episode import start_episode
 from experiments.rollout.scenarios import Scenarios
 from experiments.runs.names import RANDOM_GENOMES, RECORDING, RECORDING_MEASURES
-from physics import Simulator
-from physics.scene.material import DT
+from physics import DT, Simulator
 
 __all__ = [
     "Recording",

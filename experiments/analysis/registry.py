@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from experiments.analysis import generalization, paired, pruning
-from experiments.analysis import recording as inner
+from experiments.analysis import endurance, generalization, paired, pruning, recording
 from experiments.analysis import validation_matrix as validation
 from experiments.analysis.freezing import freeze, plastic_champions
 from experiments.analysis.unseen import assess
@@ -17,6 +16,7 @@ from experiments.runs import names
 from experiments.runs.champions import Champions
 
 __all__ = [
+    "endured",
     "frozen",
     "generalized",
     "inner_life",
@@ -35,7 +35,21 @@ def unseen_terrains(run_folder: Path) -> Path:
         ValueError: the run cannot be read.
     """
     out = run_folder / names.evaluation_file(Champions.load(run_folder).config)
-    return out if out.exists() else assess(run_folder, names.EVALUATION_TERRAINS).write(out)
+    if out.exists():
+        return out
+    assessment = assess(run_folder, names.EVALUATION_TERRAINS)
+    assessment.log(run_folder)
+    return assessment.write(out)
+
+
+def endured(run_folder: Path) -> Path:
+    """Champions in episodes ten times as long as those of their evolution: endurance.csv.
+
+    Raises:
+        ValueError: the run cannot be read.
+    """
+    out = run_folder / names.ENDURANCE
+    return out if out.exists() else endurance.write(run_folder)
 
 
 def frozen(run_folder: Path) -> Path:
@@ -45,7 +59,12 @@ def frozen(run_folder: Path) -> Path:
         ValueError: the run cannot be read, or its controllers are static.
     """
     out = run_folder / names.FREEZING
-    return out if out.exists() else freeze(plastic_champions(run_folder)).write(out)
+    if out.exists():
+        return out
+    champions = plastic_champions(run_folder)
+    freezing = freeze(champions)
+    freezing.log(run_folder, champions.config.runs)
+    return freezing.write(out)
 
 
 def paired_speeds(run_folder: Path) -> Path:
@@ -75,7 +94,7 @@ def inner_life(run_folder: Path) -> Path:
         ValueError: the run cannot be read, or its controllers are static.
     """
     out = run_folder / names.RECORDING_MEASURES
-    return out if out.exists() else inner.write(run_folder)
+    return out if out.exists() else recording.write(run_folder)
 
 
 def random_genomes(run_folder: Path) -> Path:
@@ -85,7 +104,7 @@ def random_genomes(run_folder: Path) -> Path:
         ValueError: the run cannot be read, or its controllers are static.
     """
     out = run_folder / names.RANDOM_GENOMES
-    return out if out.exists() else inner.write_random(run_folder)
+    return out if out.exists() else recording.write_random(run_folder)
 
 
 def pruned(run_folder: Path) -> Path:

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from physics.scene.material import DT
+from physics import DT
 
 __all__ = ["frequency_of", "period_of", "power_above", "regularity_of"]
 

@@ -18,10 +18,8 @@ from experiments.config import EvolveConfig
 from experiments.rollout.control_loop import ControlLoop
 from experiments.rollout.episode import start_episode
 from experiments.rollout.scenarios import Scenarios
-from physics import Apparatus, Simulator, Terrain
+from physics import DT, Apparatus, Simulator, Terrain, steps_in
 from physics.render.draw import Frame
-from physics.scene.clock import steps_in
-from physics.scene.material import DT
 
 __all__ = ["Trajectory", "lidar_rays", "record"]
 

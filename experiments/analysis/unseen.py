@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,6 +18,8 @@ from experiments.rollout.episode import start_episode
 from experiments.rollout.scenarios import Scenarios
 from experiments.runs.champions import Champions
 from experiments.runs.names import evaluation_file
+from experiments.runs.tensorboard import EventFile
+from experiments.runs.tensorboard.tracker import run_folders
 
 __all__ = [
     "Assessment",
@@ -42,6 +45,20 @@ class Assessment:
     config: EvolveConfig
     scenarios: Scenarios
     speeds: Tensor
+
+    def log(self, folder: Path) -> None:
+        """Show each run's median in TensorBoard, at the last generation.
+
+        Args:
+            folder: of the run.
+        """
+        config = self.config
+        name = f"evaluation-{config.terrain}-{config.damage}"
+        for path, speeds in zip(run_folders(folder, config.runs), self.speeds, strict=True):
+            with EventFile(path, part=name) as file:
+                value = speeds.nanquantile(0.5).item()
+                tag = f"evaluation/{config.terrain}-{config.damage}"
+                file.scalars({tag: None if math.isnan(value) else value}, config.generations)
 
     def write(self, out: Path) -> Path:
         """Write the CSV file: run, terrain, damage, speed [m/s]."""
@@ -145,6 +162,7 @@ def report(
     config, speeds = assessment.config, assessment.speeds
     out = out or folder / evaluation_file(config, n_terrains, seed)
     assessment.write(out)
+    assessment.log(folder)
     print(f"{config.terrain}, damage {config.damage}, {n_terrains} terrain(s), speeds in m/s:")
     for run, own in enumerate(speeds):
         low, middle, high = own.nanquantile(own.new_tensor([0.25, 0.5, 0.75])).tolist()

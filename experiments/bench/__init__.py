@@ -4,6 +4,6 @@ Every module measures one kind of thing and gives rows of the table; ``RESULTS.m
 of one machine and says what each row means and what limits it.
 """
 
-from experiments.bench.command import bench
+from experiments.bench.benchmark import bench
 
 __all__ = ["bench"]

@@ -15,7 +15,7 @@ from experiments.bench.row import Row, Target
 from experiments.bench.setting import Setting
 from experiments.bench.workload import ClosedLoop
 from experiments.runs.names import HISTORY
-from physics.scene.clock import steps_in
+from physics import steps_in
 
 __all__ = ["evolve", "generation_seconds", "paper_run_minutes", "share"]
 

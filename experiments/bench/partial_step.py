@@ -64,7 +64,7 @@ def _kernel(dtype: torch.dtype, lanes: int) -> Any:
                         (T.group(S, g, m.items), T.group(S_before, g, m.items))
                     )
                     contacts, _ = ti.static((T.lists(lists, g), 0))
-                    for _ in range(times):
+                    for _time in range(times):
                         for item in range(m.items):
                             state[item] = before[item]
                         for item in range(contacts.items):

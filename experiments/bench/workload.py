@@ -13,8 +13,7 @@ from torch import Tensor
 import hebbtorch
 from experiments.bench.setting import Setting
 from experiments.rollout import fused
-from physics import Simulator, Terrain
-from physics.scene.material import DT
+from physics import DT, Simulator, Terrain
 
 __all__ = ["GAITS", "ClosedLoop", "OpenLoop", "OwnModule", "Workload", "warm_up"]
 

@@ -15,7 +15,7 @@ from experiments.campaign.grid import Condition as Declared
 from experiments.campaign.grid import Scale
 from experiments.report import intervals, statistics
 from experiments.report.bundle import unpacked
-from experiments.report.figures.conditions import Condition, find_runs, gather
+from experiments.report.conditions import Condition, find_runs, gather
 from experiments.report.intervals import Estimate
 from experiments.report.statistics import Comparison, Pair
 

@@ -12,8 +12,7 @@ from experiments.evolution.observation import film_seconds, is_filmed, is_observ
 from experiments.rollout import controller
 from experiments.rollout.episode import start_episode
 from experiments.rollout.scenarios import Scenarios
-from physics import Morphology, Terrain
-from physics.scene.clock import steps_in
+from physics import Morphology, Terrain, steps_in
 
 __all__ = ["disk_bytes", "evaluations", "robot_steps", "seconds_left", "seconds_per_robot_step"]
 

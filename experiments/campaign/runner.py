@@ -11,9 +11,9 @@ from contextlib import suppress
 from datetime import datetime, timedelta
 
 from experiments import terminal
-from experiments.campaign import report
-from experiments.campaign.conditions import run_condition
+from experiments.campaign import results
 from experiments.campaign.cost import seconds_left
+from experiments.campaign.execution import run_condition
 from experiments.campaign.grid import Condition
 from experiments.campaign.root import CampaignRoot, Members
 from experiments.campaign.study import Study
@@ -109,12 +109,12 @@ class Campaign:
         for name, folder in zip(finished, folders, strict=True):
             for analysis in study.analyses:
                 terminal.say(f"{study.name}: {analysis} of {name}")
-                self._try(f"{analysis} of {name}", report.analyse, analysis, folder)
+                self._try(f"{analysis} of {name}", results.analyse, analysis, folder)
         if not finished:
             return
         out = self.root.study(study.name)
         for figure in study.figures:
-            self._try(f"figure {figure}", report.draw, figure, folders, out)
+            self._try(f"figure {figure}", results.draw, figure, folders, out)
         if study.figures:
             terminal.say(f"{study.name}: figures and tables in {out}")
 

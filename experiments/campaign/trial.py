@@ -12,7 +12,7 @@ import torch
 from ray import tune
 
 from experiments.analysis.presentation import log_champion
-from experiments.campaign.conditions import open_session
+from experiments.campaign.execution import open_session
 from experiments.config import EvolveConfig
 from experiments.evolution.evolve import Session
 from experiments.runs.history import Row

@@ -1,4 +1,4 @@
-"""Evolution from the first generation to the film of the champion, resumable at any moment."""
+"""The loop of an evolution: generation by generation in its folder, resumable at any moment."""
 
 from __future__ import annotations
 
@@ -10,12 +10,9 @@ from pathlib import Path
 from torch import Tensor
 
 import hebbtorch
-from experiments import terminal
-from experiments.analysis.presentation import present
 from experiments.config import EvolveConfig
 from experiments.evolution.metrics import measure
 from experiments.evolution.observation import Observer, is_filmed, is_observed, validation_tags
-from experiments.evolution.progress import ProgressDisplay
 from experiments.evolution.showing import show
 from experiments.rollout.episode import Outcome
 from experiments.rollout.evaluate import Evaluator
@@ -24,40 +21,9 @@ from experiments.runs.champions import Champions
 from experiments.runs.folder import Checkpoint, RunStore
 from experiments.runs.history import Row
 from experiments.runs.tensorboard import Tracker
-from physics.scene.clock import steps_in
+from physics import steps_in
 
-__all__ = ["Evolution", "Session", "evolve", "resume"]
-
-
-def evolve(config: EvolveConfig, folder: Path) -> None:
-    """Run an evolution and leave everything in a new folder.
-
-    Args:
-        config: the options.
-        folder: must not exist yet, or be empty.
-
-    Raises:
-        ValueError: an option is wrong, or the folder cannot be used; nothing was written then.
-        KeyboardInterrupt: it was stopped; `resume` goes on with it.
-    """
-    with Session.create(config, folder) as session:
-        _run(session)
-
-
-def resume(folder: Path, generations: int | None = None) -> None:
-    """Go on with an evolution exactly as if it had not been stopped.
-
-    Args:
-        folder: of the run.
-        generations: how many it shall have from now on, as if it had been started with them;
-            None: as many as before.
-
-    Raises:
-        ValueError: the folder cannot be used; nothing was changed then.
-        KeyboardInterrupt: it was stopped again.
-    """
-    with Session.resume(folder, generations) as session:
-        _run(session)
+__all__ = ["Evolution", "Session"]
 
 
 class Evolution:
@@ -242,21 +208,3 @@ class Session:
     def _by_run(self, values: Tensor) -> Tensor:
         """Values of all individuals, (runs, population, values of each), however they came."""
         return values.reshape(self.config.runs, self.config.population, -1)
-
-
-def _run(session: Session) -> None:
-    """Evolve to the last generation, then present the champions."""
-    try:
-        with ProgressDisplay(session.config.generations, session.generation) as progress:
-            while not session.evolved:
-                progress.show(*session.step())
-        present(session.folder, session.finish())
-    except OSError as error:
-        what = f"{error.strerror or error}, {error.filename or session.folder}"
-        raise OSError(
-            f"cannot write: {what}; make room, then go on with: hebbtorch evolve --resume "
-            f"{session.folder}"
-        ) from error
-    except KeyboardInterrupt:
-        terminal.say(f"stopped; go on with: hebbtorch evolve --resume {session.folder}")
-        raise

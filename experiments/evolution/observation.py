@@ -24,8 +24,8 @@ from experiments.rollout import fused
 from experiments.rollout.episode import Episode, start_episode
 from experiments.rollout.scenarios import Scenarios
 from experiments.runs.archive import ARCHIVE_INTERVAL
+from physics import DT
 from physics.render.draw import Frame
-from physics.scene.material import DT
 
 __all__ = [
     "Observation",
@@ -241,8 +241,8 @@ class _Watch:
             return
         for k, layer in enumerate(network.layers):
             shape = self._weights[k].shape[1:]
-            for term, coefficients in zip("ABCD", layer.coefficients(), strict=True):
-                if term in layer.rules.terms:
+            for term, coefficients in layer.named_coefficients().items():
+                if layer.rules.rule.name != "abcd" or term in layer.rules.terms:
                     wide = coefficients.expand(*network.population, *shape)
                     yield f"{term}/layer{k}", wide[self._first][run].detach().cpu().numpy()
 

@@ -29,6 +29,10 @@ class ProgressDisplay:
     follows from the last generations; the first one, which compiles, does not count.
     """
 
+    _compiled = (
+        False  # whether a generation was shown in this process, so that the kernels are there
+    )
+
     def __init__(
         self,
         generations: int,
@@ -63,13 +67,16 @@ class ProgressDisplay:
                 TextColumn("{task.description}", markup=False),
                 console=Console(),
             )
-            self._task = self._live.add_task(_COMPILING, total=generations, completed=done)
+            self._task = self._live.add_task(
+                "" if ProgressDisplay._compiled else _COMPILING, total=generations, completed=done
+            )
             self._live.start()
-        else:
+        elif not ProgressDisplay._compiled:
             terminal.say(f"{self._label}{_COMPILING}")
 
     def show(self, rows: Sequence[Row], evaluations_per_second: float) -> None:
         """Show one generation: a row for each run."""
+        ProgressDisplay._compiled = True
         generation, now = rows[0].generation, self._clock()
         self._ends.append((generation, now))
         best = max((row.best for row in rows if not math.isnan(row.best)), default=math.nan)

@@ -41,11 +41,10 @@ def show(
     for run, (file, seen) in enumerate(zip(tracker.runs, observations, strict=True)):
         for k, weights in enumerate(seen.weights):
             file.histogram(f"weights/layer{k}", weights, generation)
-        for term in "ABCD":
-            layers = [values for name, values in seen.rules.items() if name[0] == term]
-            if layers:
-                all_of_term = np.concatenate([values.ravel() for values in layers])
-                file.histogram(f"rules/{term}", all_of_term, generation)
+        for term in dict.fromkeys(name.split("/")[0] for name in seen.rules):
+            layers = [values for name, values in seen.rules.items() if name.split("/")[0] == term]
+            all_of_term = np.concatenate([values.ravel() for values in layers])
+            file.histogram(f"rules/{term}", all_of_term, generation)
         if pictured and run == 0:
             for name, values in seen.rules.items():
                 words = f"{name}, rows: neurons, columns: inputs"

@@ -28,7 +28,7 @@ import safetensors.torch
 from experiments.config import EvolveConfig
 from experiments.files.atomic import write_atomically
 from experiments.files.csvfile import write_csv
-from experiments.report.figures.conditions import Condition, find_runs, gather
+from experiments.report.conditions import Condition, find_runs, gather
 from experiments.report.figures.overview import takeoff_times
 from experiments.report.figures.performance import unseen_per_run
 from experiments.runs.champions import Champions

@@ -7,16 +7,15 @@ from pathlib import Path
 
 from experiments.report import claims, intervals
 from experiments.report.bundle import unpacked
+from experiments.report.conditions import find_runs, gather
 from experiments.report.figures import FIGURES
-from experiments.report.figures.conditions import find_runs, gather
-from experiments.studies.registry import STUDIES
 
 __all__ = ["draw_all"]
 
 
 def draw_all(
     roots: Sequence[Path], out: Path | None, seed: int, *, print_quality: bool = True
-) -> None:
+) -> list[str]:
     """Draw every figure, write its table and the report, and tell which files were written.
 
     Args:
@@ -24,6 +23,9 @@ def draw_all(
         out: folder for the files, created if need be; by default `figures` in the first root.
         seed: of the bootstrap intervals.
         print_quality: whether to keep the figures in PDF, too.
+
+    Returns:
+        Names of the figures that were not drawn, since runs for them are missing.
 
     Raises:
         ValueError: there is no finished run, one cannot be read, or they are of different scales;
@@ -44,10 +46,10 @@ def draw_all(
         out = out or roots[0] / "figures"
         out.mkdir(parents=True, exist_ok=True)
         with intervals.resampling_with(seed):
-            _draw(found, out, print_quality)
+            return _draw(found, out, print_quality)
 
 
-def _draw(found: Sequence[Path], out: Path, print_quality: bool) -> None:
+def _draw(found: Sequence[Path], out: Path, print_quality: bool) -> list[str]:
     undrawn = []
     for name, figure in FIGURES.items():
         files = figure(found, out)
@@ -59,12 +61,4 @@ def _draw(found: Sequence[Path], out: Path, print_quality: bool) -> None:
         if not files:
             undrawn.append(name)
     print(f"wrote {claims.report(found, out)}")
-    for name in undrawn:
-        print(
-            f"not drawn: {name}; `hebbtorch campaign {_study_of(name)} --out ROOT` makes what it "
-            "needs"
-        )
-
-
-def _study_of(figure: str) -> str:
-    return next(study.name for study in STUDIES.values() if figure in study.figures)
+    return undrawn

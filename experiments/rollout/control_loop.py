@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from typing import Literal
 
 import torch
@@ -14,6 +15,8 @@ from physics import Simulator
 __all__ = ["ControlLoop", "Loop", "TorchLoop", "control_loop"]
 
 Loop = Literal["auto", "fused", "torch"]
+
+_said: set[str] = set()  # reasons for the torch loop that were given
 
 
 class TorchLoop:
@@ -61,43 +64,21 @@ def control_loop(
         network: N networks, with their genomes.
         state: The initial state of the networks.
         loop: "fused" runs the networks within the simulator's kernel, "torch" step by step;
-            "auto" is "fused" for hebbtorch's own networks. They agree but for rounding.
+            "auto" is "fused" where the kernel knows all that a network does (else it says once
+            why not). They agree but for rounding.
 
     Raises:
         ValueError: the networks do not fit the worlds, or are none that "fused" knows.
     """
-    is_own = _is_own(network) and not state.memory
-    if loop == "fused" and not is_own:
+    reason = fused.why_not(network, state)
+    if loop == "fused" and reason:
         raise ValueError(
-            "loop: expected auto or torch for a network that is not hebbtorch's own, got fused "
-            f"for {type(network).__name__}"
+            f"loop: expected auto or torch for what the kernel does not know, got fused for "
+            f"{type(network).__name__}: {reason}"
         )
-    if is_own and loop != "torch":
+    if loop != "torch" and not reason:
         return fused.pack(sim, network, state)
+    if loop == "auto" and reason not in _said:
+        _said.add(str(reason))
+        logging.getLogger(__name__).warning("control through PyTorch, step by step: %s", reason)
     return TorchLoop(sim, network, state)
-
-
-def _is_own(network: Controller) -> bool:
-    """Whether the kernel computes what the network does: nothing in it is overridden."""
-    if type(network) is hebbtorch.StaticMLP:
-        activations = (network.activation, network.output_activation, network.input_activation)
-        return not network.biases and activations == ("tanh", "tanh", "identity")
-    return (
-        type(network) is hebbtorch.HebbianMLP
-        and not network.constant_last_input
-        and all(type(layer) is hebbtorch.HebbianLinear for layer in network.layers)
-        and all(_is_plain(layer) for layer in network.layers)
-        and len({layer.normalize for layer in network.layers}) == 1
-    )
-
-
-def _is_plain(layer: hebbtorch.HebbianLinear) -> bool:
-    """Whether a layer has none of the features that the kernel lacks."""
-    return (
-        layer.rules.rule == hebbtorch.RULES["abcd"]
-        and layer.plasticity == hebbtorch.HebbianLinear(1, 1, normalize=layer.normalize).plasticity
-        and layer.normalize in (None, "l2", "minmax")
-        and layer.activation == "tanh"
-        and layer.bias is None
-        and layer.fixed is None
-    )

@@ -63,14 +63,9 @@ def _plastic(
 ) -> hebbtorch.HebbianMLP:
     return hebbtorch.HebbianMLP(
         sizes,
-        sharing=config.sharing,
         groups=kinds if config.sharing == "grouped" else None,
-        eta=config.eta,
-        normalize=config.normalize,
-        terms=config.terms,
-        exchange_bc=config.exchange_bc,
-        constant_last_input=config.constant_last_input,
         population=(population,),
+        **config.plastic_options(),
     )
 
 

@@ -9,6 +9,7 @@ __all__ = [
     "CHAMPIONS",
     "CHECKPOINT",
     "CONFIG",
+    "ENDURANCE",
     "EVALUATION_TERRAINS",
     "FREEZING",
     "FREEZING_TERRAINS",
@@ -34,6 +35,7 @@ FREEZING = "freeze.csv"
 PRUNING = "pruned.csv"
 PAIRED = "paired.csv"
 GENERALIZATION = "generalization.csv"
+ENDURANCE = "endurance.csv"
 MATRIX = "matrix.csv"
 RECORDING = "inner_life.npz"
 RECORDING_MEASURES = "inner_life.json"

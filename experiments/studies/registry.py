@@ -7,12 +7,14 @@ from pathlib import Path
 
 from experiments.campaign.study import Study, read_study
 from experiments.studies import (
+    attractors,
     control_interval,
     damage,
     effectiveness,
     generalization,
     initialization,
     learning_rate,
+    neuron_rules,
     normalization,
     papers_code,
     pruning,
@@ -38,7 +40,7 @@ _PAPER = (
     initialization,
 )
 _CONTROLS = (static_gain, control_interval, papers_code)
-_BEYOND = (rule_terms, pruning, validation_matrix)
+_BEYOND = (neuron_rules, attractors, rule_terms, pruning, validation_matrix)
 
 STUDIES: Mapping[str, Study] = {
     script.STUDY.name: script.STUDY for script in (*_PAPER, *_CONTROLS, *_BEYOND)

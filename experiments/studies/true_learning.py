@@ -11,7 +11,7 @@ STUDY = Study(
     name="true_learning",
     question="Does a robot still walk when its weights are frozen, and from when on?",
     grids=(Grid(axes=HIGH_BODIES),),
-    analyses=("frozen", "paired_speeds"),
+    analyses=("frozen", "paired_speeds", "endured"),
     figures=("true_learning", "innateness"),
 )
 

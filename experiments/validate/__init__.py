@@ -4,6 +4,6 @@ Every kind of recording has a module that turns the files it finds into cases. W
 are called and hold is said in ``reference/README.md``.
 """
 
-from experiments.validate.command import validate
+from experiments.validate.validation import validate
 
 __all__ = ["validate"]

@@ -1,69 +1,90 @@
-"""Draws recorded and own data over each other."""
+"""Draws recorded and own data over each other, in the style of all figures, with what differs."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
+from experiments.plotting import style
 from experiments.validate.case import Panel, Picture
-
-matplotlib.use("Agg")
 
 __all__ = ["draw"]
 
-_RECORDED, _OURS = "#e07b00", "#1f5fa8"
-_PANEL = (5.0, 3.8)  # size [inch]
+_RECORDED, _OURS = "#E69F00", "#0072B2"
+_PANEL = (3.2, 2.3)  # [in]
+_RESIDUAL = 1.1  # height of the panels of what differs [in]
 
 
 def draw(pictures: Sequence[Picture], folder: Path) -> list[Path]:
-    """Writes every picture as a PNG file into an existing folder; returns their paths."""
-    return [_draw_one(picture, folder) for picture in pictures]
+    """Writes every picture as PNG and PDF into an existing folder; returns their paths."""
+    return [path for picture in pictures for path in _draw_one(picture, folder)]
 
 
-def _draw_one(picture: Picture, folder: Path) -> Path:
-    columns = min(len(picture.panels), 2)
-    rows = -(-len(picture.panels) // columns)
-    width, height = _PANEL
-    figure = Figure(figsize=(width * columns, height * rows), layout="constrained")
-    figure.suptitle(picture.name)
-    grid = figure.subplots(rows, columns, squeeze=False).flatten()
-    for axes, panel in zip(grid, picture.panels, strict=False):
-        _KINDS[panel.kind](axes, panel)
-        axes.set_title(panel.title, fontsize="medium")
+def _draw_one(picture: Picture, folder: Path) -> list[Path]:
+    """The panels from left to right, and below them, where they say it, ours less recorded."""
+    panels = picture.panels
+    rows = 2 if any(panel.kind != "share" for panel in panels) else 1
+    height = _PANEL[1] if rows == 1 else (_PANEL[1] + _RESIDUAL) / 2
+    with style.sheet(
+        folder, picture.name, (_PANEL[0], height), rows, len(panels), heights=_heights(rows)
+    ) as sheet:
+        for k, panel in enumerate(panels):
+            axes = sheet.panel(0, k)
+            _KINDS[panel.kind](axes, panel)
+            axes.set(title=panel.title, xlabel=panel.x_label, ylabel=panel.y_label)
+            if rows == 2:
+                _draw_residual(sheet.panel(1, k), panel)
+        sheet.legend(
+            [
+                Line2D(
+                    [], [], color=_RECORDED, lw=3, alpha=0.6, label="recorded (paper's simulator)"
+                ),
+                Line2D([], [], color=_OURS, lw=1, label="ours"),
+            ],
+            title=f"{picture.name.replace('_', ' ')}: recorded by the paper's simulator, and ours",
+        )
+    return sheet.files
+
+
+def _heights(rows: int) -> list[float]:
+    return [_PANEL[1], _RESIDUAL][:rows]
+
+
+def _draw_residual(axes: Axes, panel: Panel) -> None:
+    """Ours less recorded; nothing of distributions, whose robots are no pairs."""
+    if panel.kind == "share":
+        axes.set_visible(False)
+        return
+    axes.axhline(0, color=_RECORDED, lw=1.5, alpha=0.6)
+    difference = panel.ours - panel.recorded
+    if panel.kind == "lines":
+        axes.plot(panel.x, difference, color=_OURS, lw=0.8)
         axes.set_xlabel(panel.x_label)
-        axes.set_ylabel(panel.y_label)
-        axes.grid(alpha=0.3)
-        axes.legend(loc="best", fontsize="small")
-    for axes in grid[len(picture.panels) :]:
-        axes.set_axis_off()
-    path = folder / f"{picture.name}.png"
-    figure.savefig(path, dpi=120)
-    return path
+    else:
+        axes.scatter(panel.recorded, difference, s=8, color=_OURS, alpha=0.7)
+        axes.set_xlabel(panel.x_label)
+    axes.set_ylabel("ours - recorded")
 
 
 def _lines(axes: Axes, panel: Panel) -> None:
-    curves = zip(panel.recorded.T, panel.ours.T, strict=True)
-    for index, (recorded, ours) in enumerate(curves):
-        label = ("recorded", "ours") if index == 0 else (None, None)
-        axes.plot(panel.x, recorded, color=_RECORDED, linewidth=3, alpha=0.5, label=label[0])
-        axes.plot(panel.x, ours, color=_OURS, linewidth=0.9, label=label[1])
+    axes.plot(panel.x, panel.recorded, color=_RECORDED, lw=3, alpha=0.6)
+    axes.plot(panel.x, panel.ours, color=_OURS, lw=0.9)
 
 
 def _points(axes: Axes, panel: Panel) -> None:
     both = np.concatenate([panel.recorded, panel.ours])
     ends = [float(np.nanmin(both)), float(np.nanmax(both))]
-    axes.plot(ends, ends, color=_RECORDED, linewidth=1, label="equal")
-    axes.scatter(panel.recorded, panel.ours, s=12, color=_OURS, alpha=0.7, label="one robot")
+    axes.plot(ends, ends, color=_RECORDED, lw=1.5, alpha=0.6)
+    axes.scatter(panel.recorded, panel.ours, s=10, color=_OURS, alpha=0.7)
 
 
 def _share(axes: Axes, panel: Panel) -> None:
-    axes.ecdf(panel.recorded, color=_RECORDED, linewidth=3, alpha=0.5, label="recorded")
-    axes.ecdf(panel.ours[np.isfinite(panel.ours)], color=_OURS, linewidth=0.9, label="ours")
+    axes.ecdf(panel.recorded, color=_RECORDED, lw=3, alpha=0.6)
+    axes.ecdf(panel.ours[np.isfinite(panel.ours)], color=_OURS, lw=0.9)
 
 
 _KINDS = {"lines": _lines, "points": _points, "share": _share}

@@ -15,7 +15,18 @@ import numpy as np
 
 from physics.scene.material import DT
 
-__all__ = ["MOST_STEPS", "steps_in", "time_after", "times", "times_after", "window_lengths"]
+__all__ = [
+    "ENDLESS",
+    "MOST_STEPS",
+    "steps_in",
+    "time_after",
+    "times",
+    "times_after",
+    "window_lengths",
+]
+
+ENDLESS = float(2**24)
+"""Control steps that no world takes; float32 counts exactly up to here."""
 
 MOST_STEPS = 2**31
 """Steps that a world's counter can tell apart, 414 days of simulated time."""

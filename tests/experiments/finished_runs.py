@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ def write_run(
     folder = root / (name or f"run-{len(list(root.iterdir())) if root.exists() else 0}")
     folder.mkdir(parents=True)
     genomes = torch.zeros(len(fitness), 1)
+    config = replace(config, runs=len(fitness))
     Champions(config, genomes, torch.tensor(fitness, dtype=torch.float64)).save(folder)
     rows = []
     for generation in range(1, config.generations + 1):

@@ -220,6 +220,7 @@ BAD_CALLS = [
     ("step", [[[0.0, 0.0]] * 2], "actuation: expected a tensor .* got list"),
     ("step", [torch.tensor([[0.0, math.nan]] * 2)], "actuation: expected finite numbers"),
     ("step", [torch.tensor([[math.inf, 0.0]] * 2)], "actuation: expected finite numbers"),
+    ("run", [torch.tensor([[[math.nan, 0.0]] * 2])], "actuations: expected finite numbers"),
     ("run", [torch.zeros(2, 2)], r"actuations: .*steps, worlds=2, voxels=2.* got shape \(2, 2\)"),
     ("run", [torch.zeros(5, 2, 1)], r"actuations: .* got shape \(5, 2, 1\)"),
     ("run", [np.zeros((5, 2, 2))], "actuations: expected a tensor .* got ndarray"),

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from experiments.validate.command import OWN_COPY
 from experiments.validate.recordings import Recordings, Table
+from experiments.validate.validation import OWN_COPY
 
 RECORDINGS = Recordings(OWN_COPY)
 GOLDEN_NETWORKS = OWN_COPY / "hebbian_golden.json"

@@ -15,7 +15,7 @@ from experiments.report.claims import measures, verdicts
 from experiments.report.claims.finding import Finding, number
 from experiments.report.claims.measures import Measure, Results
 from experiments.report.claims.verdicts import MARGIN
-from experiments.report.figures.conditions import Condition
+from experiments.report.conditions import Condition
 
 __all__ = [
     "BIPED",

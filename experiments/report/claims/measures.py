@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from experiments.analysis.generalization import TRAINING, UNSEEN
 from experiments.report import intervals
 from experiments.report.claims.verdicts import MARGIN
+from experiments.report.conditions import Condition, per_run
 from experiments.report.figures import inner_life
-from experiments.report.figures.conditions import Condition, per_run
 from experiments.report.figures.freezing import Frozen, frozen_speeds
 from experiments.report.figures.performance import unseen_per_run
 from experiments.runs.names import GENERALIZATION, PAIRED

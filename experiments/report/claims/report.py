@@ -13,7 +13,7 @@ from experiments.report.claims.evidence import EVIDENCE
 from experiments.report.claims.finding import Finding, Verdict
 from experiments.report.claims.measures import Results
 from experiments.report.claims.paper import CLAIMS, Claim
-from experiments.report.figures.conditions import Condition, gather
+from experiments.report.conditions import Condition, gather
 
 __all__ = ["judge", "report"]
 

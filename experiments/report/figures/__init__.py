@@ -10,7 +10,12 @@ from pathlib import Path
 
 from experiments.report.figures.beyond import pruning, validation_matrix
 from experiments.report.figures.comparisons import innateness, settings
-from experiments.report.figures.controls import control_interval, controls
+from experiments.report.figures.controls import (
+    attractors,
+    control_interval,
+    controls,
+    neuron_rules,
+)
 from experiments.report.figures.freezing import normalized_freezing, true_learning
 from experiments.report.figures.inner_life import activations, weight_distributions
 from experiments.report.figures.overview import profiles, takeoff
@@ -55,6 +60,8 @@ FIGURES: Mapping[str, Figure] = {
         initialization,
         controls,
         control_interval,
+        neuron_rules,
+        attractors,
         rule_terms,
         pruning,
         validation_matrix,

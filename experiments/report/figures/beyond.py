@@ -9,9 +9,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from experiments.plotting import style
 from experiments.report import intervals, tables
-from experiments.report.figures import curves, style
-from experiments.report.figures.conditions import Table, gather, per_run
+from experiments.report.conditions import Table, gather, per_run
+from experiments.report.figures import curves
 from experiments.report.figures.curves import Curve
 from experiments.runs.names import MATRIX, PRUNING
 
@@ -45,7 +46,7 @@ def pruning(run_folders: Sequence[Path], out: Path) -> list[Path]:
             )
     caption = (
         "Speed on unseen ground without some share of the synapses, by the size of their weights "
-        "[m/s]: median and standard deviation over runs."
+        "[m/s]: median, quartiles and standard deviation over runs."
     )
     return curves.draw(drawn, out, "pruning", ("fraction of synapses pruned", "fraction"), caption)
 

@@ -12,8 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from experiments.plotting import style
 from experiments.report import intervals, statistics, tables
-from experiments.report.figures import style
 from experiments.report.statistics import Comparison, Pair
 
 __all__ = ["Box", "compare_with", "draw"]
@@ -21,6 +21,8 @@ __all__ = ["Box", "compare_with", "draw"]
 Values = NDArray[np.float64]
 
 _FEW = 12  # up to so many values are drawn as points, too
+_LEAST = 5  # fewer make no box: its quartiles would be the points themselves
+_MAIN = "Hebbian"  # label of the paper's main model
 _WIDTH = 0.8  # of a group of boxes; groups are 1 apart
 _ROW_HEIGHT = 2.3  # [in]
 
@@ -95,10 +97,16 @@ def draw(
             _draw_shape(sheet.panel(row), here, labels, comparisons, reference)
         sheet.legend(
             [
-                Patch(facecolor=look.color, edgecolor="black", hatch=look.hatch, label=label)
+                Patch(
+                    facecolor=look.color,
+                    edgecolor="black",
+                    hatch=look.hatch,
+                    label=_name(label, reference),
+                )
                 for label, look in style.looks(labels).items()
             ]
         )
+        sheet.note(_note(boxes))
     return [*sheet.files, *tables.write(_rows(boxes, comparisons, reference), out, name, caption)]
 
 
@@ -124,22 +132,36 @@ def _draw_shape(
     axes.set(ylabel=style.SPEED, xlabel="sensory apparatus")
     if len(labels) > 2:
         axes.set_title(boxes[0].shape, loc="left")
-        axes.set_title(f"(top: p against {reference})", loc="right", fontsize=6)
+        words = (
+            f"(top: p against {_name(reference, reference)}, in brackets after Holm's correction)"
+        )
+        axes.set_title(words, loc="right", fontsize=6)
     else:
         axes.set_title(boxes[0].shape)
     low, high = axes.get_ylim()
-    axes.set_ylim(min(low, 0.0), high + 0.16 * (high - min(low, 0.0)))  # room for p
+    axes.set_ylim(min(low, 0.0), high + 0.22 * (high - min(low, 0.0)))  # room for p
     found = {(each.where, each.first): each for each in comparisons}
     for box in boxes:
         if comparison := found.get((box.where, box.label)):
             ends = (places[box.sensors, box.label], places[box.sensors, comparison.second])
-            _write_p(axes, ends, comparison.p, bracket=len(labels) == 2)
+            _write_p(axes, ends, comparison, bracket=len(labels) == 2)
 
 
 def _draw_box(axes: Axes, x: float, slot: float, values: Values, look: style.Look) -> None:
     if not len(values):
         axes.text(x, 0, "failed", rotation=90, ha="center", va="bottom", fontsize=6)
         return
+    if len(values) >= _LEAST:
+        _draw_quartiles(axes, x, slot, values, look)
+    else:
+        middle = float(np.median(values))
+        axes.plot((x - 0.3 * slot, x + 0.3 * slot), (middle, middle), color=look.color, lw=2)
+    if len(values) <= _FEW:
+        spread = np.linspace(-0.15, 0.15, len(values)) * slot
+        axes.plot(x + spread, values, "o", color="white", mec="black", ms=2.6, mew=0.6, zorder=3)
+
+
+def _draw_quartiles(axes: Axes, x: float, slot: float, values: Values, look: style.Look) -> None:
     drawn = axes.boxplot(
         [values],
         positions=[x],
@@ -152,20 +174,44 @@ def _draw_box(axes: Axes, x: float, slot: float, values: Values, look: style.Loo
     )
     for patch in drawn["boxes"]:
         patch.set(facecolor=look.color, hatch=look.hatch, alpha=0.85)
-    if len(values) <= _FEW:
-        spread = np.linspace(-0.15, 0.15, len(values)) * slot
-        axes.plot(x + spread, values, "o", color="white", mec="black", ms=2.6, mew=0.6, zorder=3)
 
 
-def _write_p(axes: Axes, ends: tuple[float, float], p: float, *, bracket: bool) -> None:
-    """The p of a pair above it; of one of many against the reference, above the one."""
+def _write_p(
+    axes: Axes, ends: tuple[float, float], comparison: Comparison, *, bracket: bool
+) -> None:
+    """The p of a pair above it, alone and after Holm's correction; of one of many against the
+    reference, above the one."""
     top = axes.get_xaxis_transform()
-    text = "p < 0.001" if p < 0.001 else f"p = {p:.2g}"
+    text = _p(comparison.p)
+    if comparison.p_holm != comparison.p:
+        text += f"\n(Holm {_p(comparison.p_holm)})" if bracket else f"\n({_p(comparison.p_holm)})"
     if bracket:
-        axes.plot(ends, (0.9, 0.9), transform=top, color="black", lw=0.7)
+        axes.plot(ends, (0.87, 0.87), transform=top, color="black", lw=0.7)
     x = sum(ends) / 2 if bracket else ends[0]
-    text = text if bracket else text.replace(" ", "").replace("p=", "")
-    axes.text(x, 0.915, text, transform=top, ha="center", va="bottom", fontsize=6)
+    text = text if bracket else text.replace("p = ", "").replace("p < ", "<")
+    axes.text(x, 0.88, text, transform=top, ha="center", va="bottom", fontsize=6, linespacing=1)
+
+
+def _name(label: str, reference: str) -> str:
+    """What a controller is called: the main model, where variants are compared with it, "full"."""
+    return "full" if label == reference == _MAIN else label
+
+
+def _p(p: float) -> str:
+    return "p < 0.001" if p < 0.001 else f"p = {p:.2g}"
+
+
+def _note(boxes: Sequence[Box]) -> str:
+    """How many runs, and what is drawn."""
+    words = [style.counted([len(box.values) for box in boxes])]
+    if any(box.pooled is not None for box in boxes):
+        words.append("values: runs x terrains")
+    sizes = [len(box.drawn) for box in boxes]
+    if max(sizes) >= _LEAST:
+        words.append("box: median and quartiles, whiskers: within 1.5 times their distance")
+    if min(sizes) < _LEAST:
+        words.append("of fewer than five the median, a line, and all points")
+    return "; ".join(words)
 
 
 def _rows(

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from experiments.report import intervals
+from experiments.report.conditions import Condition, Table, gather, runs_in
 from experiments.report.figures import boxes, curves
 from experiments.report.figures.boxes import Box
-from experiments.report.figures.conditions import Condition, Table, gather, runs_in
 from experiments.report.figures.curves import Curve
 from experiments.report.figures.performance import main_models
 from experiments.runs.names import GENERALIZATION, PAIRED

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
+from experiments.report.conditions import Condition, gather
 from experiments.report.figures import boxes
-from experiments.report.figures.conditions import Condition, gather
 from experiments.report.figures.performance import box
 from experiments.report.figures.variants import FULL
 
-__all__ = ["control_interval", "controls"]
+__all__ = ["attractors", "control_interval", "controls", "neuron_rules"]
 
 _OPTIONS = {
     "gain",
@@ -39,13 +40,35 @@ def controls(run_folders: Sequence[Path], out: Path) -> list[Path]:
 
 def control_interval(run_folders: Sequence[Path], out: Path) -> list[Path]:
     """Plastic networks that act and learn every few steps, against every step."""
-    found = [
+    found = [each for each in _plastic(run_folders) if set(each.variant) <= {"control_interval"}]
+    return _figure(found, out, "control_interval")
+
+
+def neuron_rules(run_folders: Sequence[Path], out: Path) -> list[Path]:
+    """Rules made of genes of neurons against those of synapses, eta fixed and evolved."""
+    found = [each for each in _plastic(run_folders) if set(each.variant) <= {"sharing", "eta"}]
+    found = [each for each in found if each.config.sharing in ("full", "neuron")]
+    if not any(each.config.sharing == "neuron" for each in found):
+        return []
+    return _figure(found, out, "neuron_rules")
+
+
+def attractors(run_folders: Sequence[Path], out: Path) -> list[Path]:
+    """Weights over their greatest, with means of activations and rarer updates, against the paper's
+    model."""
+    options = {"normalize", "average", "every"}
+    found = [each for each in _plastic(run_folders) if set(each.variant) <= options]
+    found = [each for each in found if each.config.normalize in (None, "max")]
+    return _figure(found, out, "attractors")
+
+
+def _plastic(run_folders: Sequence[Path]) -> list[Condition]:
+    """Plastic networks that evolved without damage."""
+    return [
         each
         for each in gather(run_folders)
-        if set(each.variant) <= {"control_interval"}
-        and (each.config.controller, each.config.damage) == ("hebbian", "none")
+        if (each.config.controller, each.config.damage) == ("hebbian", "none")
     ]
-    return _figure(found, out, "control_interval")
 
 
 def _figure(found: Sequence[Condition], out: Path, name: str) -> list[Path]:
@@ -55,8 +78,8 @@ def _figure(found: Sequence[Condition], out: Path, name: str) -> list[Path]:
     return boxes.draw([box(each, each.fitness) for each in ordered], out, name, FULL, _CAPTION)
 
 
-def _place(condition: Condition) -> tuple[bool, int, str, float, bool]:
-    """The paper's model first, then by control interval, kind, gain and biases."""
+def _place(condition: Condition) -> tuple[Any, ...]:
+    """The paper's model first, then by control interval, kind, gain, biases, and steps of rules."""
     config = condition.config
     return (
         condition.label != FULL,
@@ -64,4 +87,7 @@ def _place(condition: Condition) -> tuple[bool, int, str, float, bool]:
         config.controller,
         config.gain,
         config.bias,
+        config.average,
+        config.every,
+        condition.label,
     )

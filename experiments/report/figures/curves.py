@@ -1,4 +1,4 @@
-"""Median and standard deviation over runs against time, a panel for each shape and apparatus."""
+"""Median and quartiles over runs against time, a panel for each shape and apparatus."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from experiments.plotting import style
 from experiments.report import intervals, tables
-from experiments.report.figures import style
 
 __all__ = ["Curve", "draw"]
 
@@ -49,6 +49,16 @@ class Curve:
         return np.array([intervals.middle(each) for each in self.values.T])
 
     @property
+    def quartiles(self) -> tuple[Values, Values]:
+        """Lower and upper quartile over runs, failed ones being worst, each of shape (points,).
+
+        A standard deviation would lead beyond what is possible where few runs are far away.
+        """
+        ordered = np.sort([intervals.worst_first(each) for each in self.values.T], axis=1)
+        low, high = np.quantile(ordered, (0.25, 0.75), axis=1, method="median_unbiased")
+        return np.where(np.isfinite(low), low, np.nan), np.where(np.isfinite(high), high, np.nan)
+
+    @property
     def deviation(self) -> Values:
         """Standard deviation over runs, shape (points,); NaN for fewer than two."""
         return np.array([intervals.spread(each) for each in self.values.T])
@@ -63,7 +73,7 @@ def draw(
     points: int = 61,
     reference: str = "",
 ) -> list[Path]:
-    """Draw median +- standard deviation of curves, and write the table of their points.
+    """Draw the medians of curves within their quartiles, and write the table of their points.
 
     Args:
         curves: labels in the order of their first appearance.
@@ -104,6 +114,9 @@ def draw(
             handles.append(Line2D([], [], **_REFERENCE, label=reference))
         if len(handles) > 1:
             sheet.legend(handles)
+        numbers = [len(curve.values) for curve in curves]
+        of_band = "; line: median, band: quartiles over runs" if max(numbers) > 1 else ""
+        sheet.note(style.counted(numbers) + of_band)
     return [
         *sheet.files,
         *tables.write(_rows(curves, x_axis[1], points), out, name, caption),
@@ -111,14 +124,12 @@ def draw(
 
 
 def _draw_curve(axes: Axes, curve: Curve, look: style.Look) -> None:
-    middle, deviation = curve.median, np.nan_to_num(curve.deviation)
+    middle, (low, high) = curve.median, curve.quartiles
     axes.plot(curve.x, middle, color=look.color, ls=look.line)
     if curve.reference is not None:
         axes.axhline(curve.reference, **_REFERENCE)
-    band = axes.fill_between(
-        curve.x, middle - deviation, middle + deviation, color=look.color, alpha=0.25, lw=0
-    )
-    band.set_hatch(look.hatch)
+    if len(curve.values) > 1:
+        axes.fill_between(curve.x, low, high, color=look.color, alpha=0.25, lw=0)
 
 
 def _rows(curves: Sequence[Curve], x_name: str, points: int) -> list[dict[str, Any]]:
@@ -127,6 +138,7 @@ def _rows(curves: Sequence[Curve], x_name: str, points: int) -> list[dict[str, A
         n_points = min(len(curve.x), points)
         chosen = np.unique(np.linspace(0, len(curve.x) - 1, n_points).round().astype(int))
         middle, deviation = curve.median, curve.deviation
+        low, high = curve.quartiles
         rows += [
             {
                 "where": f"{curve.shape} {curve.column}",
@@ -134,6 +146,8 @@ def _rows(curves: Sequence[Curve], x_name: str, points: int) -> list[dict[str, A
                 x_name: float(curve.x[i]),
                 "n": int((~np.isnan(curve.values[:, i])).sum()),
                 "median": float(middle[i]),
+                "q25": float(low[i]),
+                "q75": float(high[i]),
                 "deviation": float(deviation[i]),
             }
             for i in chosen

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.report import intervals
+from experiments.report.conditions import Condition, gather, runs_in
 from experiments.report.figures import curves
-from experiments.report.figures.conditions import Condition, gather, runs_in
 from experiments.report.figures.curves import Curve
 from experiments.runs.names import FREEZING
 
@@ -83,8 +83,8 @@ def _figure(
             )
     caption = (
         "Speed on unseen ground of controllers whose weights were frozen at a second of a life "
-        "[m/s]: median and standard deviation over runs. The figure's line of reference is the "
-        "speed of the same individuals, still learning, at the end of evolution."
+        "[m/s]: median, quartiles and standard deviation over runs. The figure's line of reference "
+        "is the speed of the same individuals, still learning, at the end of evolution."
     )
     return curves.draw(
         drawn,

@@ -12,9 +12,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from experiments.plotting import style
 from experiments.report import tables
-from experiments.report.figures import style
-from experiments.report.figures.conditions import Condition, gather
+from experiments.report.conditions import Condition, gather
 from experiments.runs.names import RANDOM_GENOMES, RECORDING, RECORDING_MEASURES
 
 __all__ = ["Life", "activations", "measures", "random_measures", "weight_distributions"]

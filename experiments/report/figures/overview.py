@@ -12,9 +12,9 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from experiments.plotting import style
 from experiments.report import aggregates, intervals, statistics, survival, tables
-from experiments.report.figures import style
-from experiments.report.figures.conditions import Condition, gather
+from experiments.report.conditions import Condition, gather
 from experiments.report.survival import Times
 
 __all__ = ["profiles", "takeoff", "takeoff_times"]

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from experiments.report.conditions import Condition, Table, gather, per_run
 from experiments.report.figures import boxes, curves
 from experiments.report.figures.boxes import Box
-from experiments.report.figures.conditions import Condition, Table, gather, per_run
 from experiments.report.figures.curves import Curve
 from experiments.runs.names import evaluation_file
 
@@ -107,7 +107,9 @@ def _course(run_folders: Sequence[Path], out: Path, name: str, damage: str) -> l
             drawn.append(
                 Curve(each.config.shape, each.config.sensors, each.label, generations, best)
             )
-    caption = "Best speed of a generation [m/s]: median and standard deviation over runs."
+    caption = (
+        "Best speed of a generation [m/s]: median, quartiles and standard deviation over runs."
+    )
     return curves.draw(drawn, out, name, ("generation", "generation"), caption, points=11)
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from experiments.report.conditions import Condition, gather
 from experiments.report.figures import boxes
-from experiments.report.figures.conditions import Condition, gather
 from experiments.report.figures.performance import box
 
 __all__ = [

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from experiments.report.claims.report import judge
-from experiments.report.figures.conditions import Condition, find_runs, gather
+from experiments.report.conditions import Condition, find_runs, gather
 from experiments.report.figures.performance import unseen_per_run
 from experiments.report.page import charts
 from experiments.report.page.html import page, picture, section, table

@@ -11,10 +11,9 @@ from typing import Any
 
 import numpy as np
 from PIL import Image
+from tensorboard.compat.proto.summary_pb2 import HistogramProto, Summary
 from torch.utils.tensorboard import SummaryWriter
 from torch.utils.tensorboard.summary import hparams
-
-from tensorboard.compat.proto.summary_pb2 import HistogramProto, Summary
 
 __all__ = ["EventFile"]
 
@@ -103,7 +102,7 @@ class EventFile:
     def options(self, options: Mapping[str, Any], metrics: Sequence[str]) -> None:
         """Declare the options of a run and the tags by which the HParams tab compares runs."""
         known = {
-            name: value if isinstance(value, (bool, int, float, str)) else str(value)
+            name: value if type(value) in (int, float, str) else str(value)
             for name, value in options.items()
         }
         experiment, begin, _ = hparams(known, dict.fromkeys(metrics, 0.0))

@@ -9,10 +9,12 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from experiments.config import EvolveConfig
+from experiments.options import options_of
 from experiments.runs.history import Row
 from experiments.runs.provenance import provenance
 from experiments.runs.tensorboard.event_file import EventFile
@@ -69,7 +71,7 @@ class Tracker:
             one = dataclasses.replace(config, seed=seed)
             if generation == 1 or (file is self.overview and is_new):
                 file.text("config", _table(one))
-                file.options(dataclasses.asdict(one), (*_METRICS, *validated))
+                file.options(_compared(one), (*_METRICS, *validated))
             file.text("provenance", provenance(), generation - 1)
         if self.overview is not None and (generation == 1 or is_new):
             bands = {
@@ -187,6 +189,12 @@ def _over_runs(metrics: Sequence[Mapping[str, float | None]]) -> dict[str, float
             values[f"quartiles/{tag}/q25"] = float(low)
             values[f"quartiles/{tag}/q75"] = float(high)
     return values
+
+
+def _compared(config: EvolveConfig) -> dict[str, Any]:
+    """The options by which runs are compared: all but those of the machine."""
+    names = options_of(EvolveConfig, "axis", "variant", "scale", "sample")
+    return {name: getattr(config, name) for name in names}
 
 
 def _table(config: EvolveConfig) -> str:

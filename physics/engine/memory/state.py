@@ -15,11 +15,10 @@ from torch import Tensor
 from physics.backend import unpacked
 from physics.engine.memory import layout as lay
 from physics.engine.memory.layout import Layout
-from physics.scene import material
+from physics.scene import clock, material
 from physics.scene.morphology import Morphology
 from physics.scene.terrain import Terrain
 
-ENDLESS = float(2**24)  # steps; counters are exact up to here in float32
 _FAR = 1e30
 START_X = 11.0  # left edge of a robot at birth [m]
 START_HEIGHT = 1.0  # of its nearest voxel over the ground at birth [m]
@@ -104,7 +103,7 @@ def blank(layout: Layout, like: Tensor) -> Tensor:
     pairs = pairs.unflatten(2, (-1, lay.PAIR_ITEMS))
     for point in range(2):
         pairs[:, :, :, lay.PA_POINTS + point * lay.POINT_ITEMS + lay.PT_DEPTH] = -1.0
-    state.voxels(lay.BREAKS, 2).fill_(ENDLESS)
+    state.voxels(lay.BREAKS, 2).fill_(clock.ENDLESS)
     forget_window(state)
     return items.flatten()
 
