@@ -358,6 +358,33 @@ def unpack(bundle: _Root, out: Path) -> None:
 
 
 @_command
+def soak(
+    minutes: float = 10.0,
+    seed: int = 0,
+    json: Path | None = None,
+    out: Path | None = None,
+) -> None:
+    """Try the promises for some minutes at random: worlds, kills, damaged files; print counts.
+
+    The exit code is 1 if one did not hold. It runs in one process, on one core.
+
+    Args:
+        minutes: About how long it takes.
+        seed: Decides every trial.
+        json: File for the counts in JSON.
+        out: Folder for the runs; by default a temporary one.
+    """
+    from experiments.files.outputs import make_room
+    from experiments.soak.command import soak as run_soak
+
+    _one_thread()
+    if not 0 < minutes < 1e6:
+        raise ValueError(f"minutes: expected a number > 0, got {minutes}")
+    make_room(json, out)
+    sys.exit(run_soak(minutes, seed, json, out))
+
+
+@_command
 def figures(roots: _Roots, seed: int = 0, out: Path | None = None) -> None:
     """Draw the paper's figures from finished runs, with their statistics and a report.
 

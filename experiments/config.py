@@ -11,10 +11,12 @@ import json
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from experiments.files.formats import require_format
 from experiments.options import option
 
 __all__ = ["EvolveConfig"]
 
+_FORMAT = 1  # of the options in JSON
 _PLASTIC, _STATIC = ("hebbian",), ("mlp", "rnn")  # controllers with and without plasticity
 _SPELLINGS: dict[str, dict[str, str | None]] = {
     "normalize": {"none": None, "None": None},
@@ -243,6 +245,10 @@ class EvolveConfig:
     ("torch"), or fused where it can be ("auto")."""
 
     def __post_init__(self) -> None:
+        for field in dataclasses.fields(self):  # numbers of NumPy and PyTorch become Python's
+            value = getattr(self, field.name)
+            if getattr(value, "ndim", None) == 0 and hasattr(value, "item"):
+                object.__setattr__(self, field.name, value.item())
         for name, spellings in _SPELLINGS.items():
             value = getattr(self, name)
             if isinstance(value, str) and value in spellings:
@@ -269,18 +275,23 @@ class EvolveConfig:
 
     def to_json(self) -> str:
         """The options as a JSON object, which `from_json` reads back."""
-        return json.dumps(dataclasses.asdict(self), indent=2) + "\n"
+        return json.dumps({"format": _FORMAT, **dataclasses.asdict(self)}, indent=2) + "\n"
 
     @classmethod
     def from_json(cls, text: str) -> EvolveConfig:
         """The options that `to_json` wrote.
 
         Raises:
-            ValueError: the text is not JSON, or not an object with these options.
+            ValueError: the text is not JSON, not an object with these options, or in a newer
+                format.
         """
-        values = json.loads(text)  # a JSONDecodeError is a ValueError
+        try:
+            values = json.loads(text)  # a JSONDecodeError is a ValueError
+        except RecursionError:
+            raise ValueError("config: expected a JSON object, got nothing but brackets") from None
         if not isinstance(values, dict):
             raise ValueError(f"config: expected a JSON object, got {type(values).__name__}")
+        require_format(values.pop("format", _FORMAT), _FORMAT)  # earlier versions wrote none
         known = {field.name for field in dataclasses.fields(cls)}
         if unknown := sorted(values.keys() - known):
             raise ValueError(f"config: unknown option(s) {', '.join(unknown)}; remove them")

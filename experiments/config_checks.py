@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
+from types import NoneType
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from experiments.options import options_of
@@ -10,6 +12,8 @@ from experiments.options import options_of
 __all__ = ["check"]
 
 _LEAST_DURATION = 0.1  # [s]
+_KINDS = {bool: "true or false", str: "text"}
+_BYTES = 40  # of a synapse or a voxel, at least
 _LEAST_POPULATION = 4  # of which a quarter are parents
 
 
@@ -24,10 +28,24 @@ def check(config: Any) -> None:
             to mend it.
     """
     for each in (
-        _check_choices, _check_numbers, _check_controller, _check_network, _check_world,
-        _check_device,
+        _check_kinds, _check_choices, _check_numbers, _check_controller, _check_network,
+        _check_world, _check_device, _check_size,
     ):  # fmt: skip
         each(config)
+
+
+def _check_kinds(config: Any) -> None:
+    """Refuse what is of another kind than an option can be; a file may hold anything."""
+    for field in dataclasses.fields(config):
+        value, default = getattr(config, field.name), field.default
+        kinds: tuple[type, ...] = (str, int, float, NoneType)
+        if isinstance(default, bool):
+            kinds = (bool,)
+        elif isinstance(default, str):
+            kinds = (str,)
+        if not isinstance(value, kinds) or isinstance(value, bool) != isinstance(default, bool):
+            words = "a number or text" if len(kinds) > 1 else _KINDS[kinds[0]]
+            raise ValueError(f"{field.name}: expected {words}, got {value!r}")
 
 
 def _check_choices(config: Any) -> None:
@@ -64,6 +82,9 @@ def _check_numbers(config: Any) -> None:
         value = getattr(config, name)
         if not _is_finite(value) or value < minimum:
             raise ValueError(f"{name}: expected a finite number >= {minimum}, got {value!r}")
+    from physics.scene.clock import steps_in
+
+    steps_in(config.duration)
     if config.sigma == 0:
         raise ValueError("sigma: expected a number > 0, got 0; nothing would evolve")
     if not _is_finite(config.gain) or config.gain == 0:
@@ -117,6 +138,21 @@ def _check_device(config: Any) -> None:
         checks.device(config.device)
     except RuntimeError:  # PyTorch's, for a name that it does not know
         raise ValueError(f"device: expected cpu or cuda, got {config.device!r}") from None
+
+
+def _check_size(config: Any) -> None:
+    """See that a generation fits into memory, by the least that networks and worlds take."""
+    from physics import Apparatus, Morphology, checks
+
+    morphology = Morphology.from_name(config.shape)
+    inputs, outputs = (
+        Apparatus.of(config.sensors, morphology).n_readings,
+        morphology.n_voxels,
+    )
+    synapses = inputs * (inputs + outputs)
+    checks.require_memory(
+        "population", config.runs * config.population, _BYTES * (synapses + outputs)
+    )
 
 
 def _is_integer(value: Any) -> bool:

@@ -39,6 +39,7 @@ from physics.compile_cache import cache_folder, some_home
 from physics.compiler_thread import CompilerThread
 
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
+os.environ.setdefault("TI_ENABLE_PYBUF", "0")  # no kernel prints, and it tells that one could
 os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")  # it would ask a server on the internet
 
 with some_home():
@@ -204,6 +205,8 @@ class Features(NamedTuple):
     """Squares of a robot collide with each other."""
     continuous: bool = False
     """Squares that land are stopped where they touch the ground."""
+    varied: bool = False
+    """Gravity, friction and springs are those of each world and voxel, not the same for all."""
 
 
 class Program(NamedTuple):

@@ -10,6 +10,7 @@ import torch
 from torch import Tensor
 
 from physics import checks
+from physics.conditions import Conditions
 from physics.engine.memory import layout as lay
 from physics.engine.memory import state as st
 from physics.engine.memory.layout import Layout
@@ -45,6 +46,7 @@ class Batch:
         seeds: np.ndarray,
         lifetimes: np.ndarray,
         damage: Damage | None,
+        conditions: Conditions,
         places: int,
         like: Tensor,
     ) -> None:
@@ -57,6 +59,7 @@ class Batch:
             seeds: of every world, (N,) int64 in [0, 2^32).
             lifetimes: of every world, in engine steps, (N,).
             damage: of all worlds, if any.
+            conditions: of all worlds.
             places: N and the places that fill up the last group.
             like: any tensor of the type and on the device of the state.
 
@@ -70,6 +73,7 @@ class Batch:
         self.extent = extent
         self._lifetimes = np.minimum(lifetimes, clock.ENDLESS)
         self._damage = damage
+        self._conditions = conditions if conditions.varied(morphology) else None
         self._like = like
         self._poses: dict[Terrain | None, Tensor] = {}
         self._first: tuple[Layout, Tensor] | None = None
@@ -151,6 +155,8 @@ class Batch:
         )
         own = slice(layout.header + lay.H_LIFE, layout.header + lay.H_GROUND_END + 1)
         states[:, own] = torch.from_numpy(numbers).to(states)
+        if self._conditions is not None:
+            self._write_conditions(self._conditions, chosen, states, voxels, layout)
         if self._damage is not None:
             times = self._damage_times(self._damage, chosen, seeds)
             voxels[:, :, lay.BREAKS : lay.MENDS + 1] = times.to(states)
@@ -161,6 +167,21 @@ class Batch:
         if self.terrains is None:
             return np.array([[-_FAR], [_FAR]]).repeat(len(chosen), 1)
         return np.array([self.terrains[world].xs[[0, -1]] for world in chosen]).reshape(-1, 2).T
+
+    def _write_conditions(
+        self,
+        conditions: Conditions,
+        chosen: np.ndarray,
+        states: Tensor,
+        voxels: Tensor,
+        layout: Layout,
+    ) -> None:
+        """Writes what is not the same in all worlds and voxels into states, and their voxels."""
+        own = np.stack([conditions.gravity[chosen], conditions.friction[chosen]], 1)
+        first = layout.header + lay.H_GRAVITY
+        states[:, first : first + 2] = torch.from_numpy(own).to(states)
+        springs = torch.from_numpy(conditions.springs(chosen, self._morphology))
+        voxels[:, :, lay.FIRMNESS : lay.ACTUATED + 1] = springs.to(states)
 
     def padding(self, layout: Layout) -> Tensor:
         """The state of a place without a world, (layout.items,): one that is over."""

@@ -11,6 +11,7 @@ from torch import Tensor
 
 from physics import backend
 from physics.batch import Batch
+from physics.conditions import Conditions
 from physics.engine import kernels
 from physics.engine.memory import layout as lay
 from physics.engine.memory import model
@@ -49,8 +50,7 @@ class Launcher(Observed):
     damage: Damage | None
     program: backend.Program
     _engine: Engine
-    _gravity: float
-    _noise: float
+    _conditions: Conditions
     _grouping: Grouping
     _batch: Batch
 
@@ -74,14 +74,12 @@ class Launcher(Observed):
             self.morphology,
             self.apparatus,
             self._engine,
-            self._gravity,
-            self._noise,
+            self._conditions,
             self._batch.segments,
             self._batch.extent,
             self.damage.mode if self.damage else "rest",
             max_steps,
             self.lanes,
-            self.control_interval,
         )
         self._integers = torch.from_numpy(self._model.integers).to(self.device)
         self._numbers = torch.from_numpy(self._model.numbers).to(self.device, self.dtype)

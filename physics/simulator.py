@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,14 +12,14 @@ from torch import Tensor
 
 from physics import backend, checks
 from physics.batch import Batch
+from physics.conditions import Conditions
 from physics.engine import kernels
 from physics.engine.contacts import ground_detection
 from physics.engine.memory import layout as lay
 from physics.engine.memory import model
-from physics.engine.memory import state as st
 from physics.engine.memory.grouping import Grouping, lanes_for
 from physics.engine.memory.model import Engine
-from physics.launcher import Launcher
+from physics.handling import Handled
 from physics.scene import clock, material
 from physics.scene.damage import Damage
 from physics.scene.morphology import Morphology
@@ -30,14 +29,13 @@ from physics.scene.terrain import Terrain
 _STRETCH = 1.3  # of a robot's diagonal, at most
 
 
-class Simulator(Launcher):
+class Simulator(Handled):
     """N worlds with one robot each, stepped together.
 
     Every world has its own terrain, seed and lifetime, and its result does not depend on the
     other worlds of the batch, on the number of threads or on its place.
     """
 
-    @torch.inference_mode(False)  # what is made here must be changed outside, too
     @torch.inference_mode(False)  # the state outlives the mode it may be made in
     def __init__(
         self,
@@ -46,16 +44,20 @@ class Simulator(Launcher):
         n_worlds: int = 1,
         *,
         sensors: str | Apparatus | None = None,
-        noise: float = 0.0,
-        gravity: float = 9.8,
+        noise: float | Mapping[str, float] = 0.0,
+        gravity: float | Sequence[float] = 9.8,
         dtype: torch.dtype = torch.float32,
         device: str | torch.device = "cpu",
         seed: int | Sequence[int] = 0,
         damage: Damage | None = None,
         lifetime: float | Sequence[float] | None = None,
         engine: Engine | None = None,
-        friction: float | None = None,
+        friction: float | Sequence[float] | None = None,
+        spring_frequency: float | Sequence[float] = material.SPRING_FREQUENCY,
+        spring_damping: float | Sequence[float] = material.SPRING_DAMPING_RATIO,
         control_interval: int = 1,
+        control_delay: int = 0,
+        actuation_cutoff: float | None = None,
         threads: int | None = None,
         lanes: int | None = None,
     ) -> None:
@@ -66,8 +68,9 @@ class Simulator(Launcher):
             terrain: one for all worlds, a list of N, or None (no ground).
             n_worlds: N.
             sensors: "low", "medium", "high", an Apparatus, or None.
-            noise: standard deviation of the readings' noise, in units of each sensor's range.
-            gravity: downward acceleration [m/s^2].
+            noise: standard deviation of the readings' noise, in units of each sensor's range; or
+                one for each kind of sensor, {"area": 0.01, "lidar": 0.1}, none for others.
+            gravity: downward acceleration [m/s^2], one for all worlds or N of them.
             dtype: torch.float32 or torch.float64.
             device: where the state lives: "cpu", or "cuda" where PyTorch finds a GPU; a process
                 simulates on one of them.
@@ -76,10 +79,16 @@ class Simulator(Launcher):
             damage: when and how voxels break.
             lifetime: [s], one for all or N of them; a world that reaches it stands still.
             engine: settings of the solver.
-            friction: coefficient between a square and the ground, as `Engine.friction`.
+            friction: coefficient between a square and the ground, as `Engine.friction`; one for all
+                worlds or N of them.
+            spring_frequency: of the voxels' springs [Hz], likewise.
+            spring_damping: their damping ratio, likewise.
             control_interval: engine steps of 1/60 s in a control step. `step`, `run` and
                 controllers in the kernel act once per control step; sensors sample, and voxels
                 break, at every engine step.
+            control_delay: control steps that a command waits before it acts.
+            actuation_cutoff: cut-off frequency [Hz] of a first-order low-pass between commands and
+                actuation; None: actuation follows at once.
             threads: at most so many; None: all cores.
             lanes: worlds per vector; None: the fastest; 1 gives the scalar program, for checks.
 
@@ -96,11 +105,20 @@ class Simulator(Launcher):
         self.dtype = dtype
         self.device = checks.device(device)
         self.damage = checks.instance("damage", damage, Damage)
-        self._noise = checks.finite("noise", noise, 0.0)
-        self._gravity = checks.finite("gravity", gravity)
-        self._engine = _engine(engine, friction)
-        self.control_interval = checks.positive_integer("control_interval", control_interval)
+        self._engine = checks.instance("engine", engine, Engine) or Engine()
         checks.require_memory("n_worlds", self.n_worlds, self._bytes_per_world())
+        self._conditions = Conditions.of(
+            self.n_worlds,
+            gravity,
+            _friction(self._engine, friction),
+            spring_frequency,
+            spring_damping,
+            noise,
+            control_interval,
+            control_delay,
+            actuation_cutoff,
+        )
+        self.control_interval = self._conditions.control_interval
         seeds = checks.world_seeds(seed, self.n_worlds)
         lifetimes = checks.lifetimes_in_steps(lifetime, self.n_worlds)
         terrains = checks.terrain_list(terrain, self.n_worlds)
@@ -110,7 +128,8 @@ class Simulator(Launcher):
         if lanes is None:
             lanes = lanes_for(self.n_worlds, dtype, threads, device_type)
         self.lanes = lanes = checks.lanes(lanes, device_type)
-        features = self._engine.features(self.morphology)
+        varied = self._conditions.varied(self.morphology)
+        features = self._engine.features(self.morphology)._replace(varied=varied)
         self.program = backend.Program(dtype, lanes, lanes, features, device_type)
         kernels.play(self.program)  # refuses other dtypes
         self._grouping = Grouping.of(self.program, self.n_worlds, threads)
@@ -121,6 +140,7 @@ class Simulator(Launcher):
             seeds,
             lifetimes,
             self.damage,
+            self._conditions,
             self._grouping.whole.count * lanes,
             torch.empty(0, dtype=dtype, device=self.device),
         )
@@ -235,6 +255,37 @@ class Simulator(Launcher):
         self._steps += steps
         return self._given(readings)
 
+    def rollout(self, policy: Callable[[Tensor], Tensor], steps: int, *, every: int = 1) -> Tensor:
+        """Many control steps with a policy in PyTorch.
+
+        Args:
+            policy: from readings (N, R) to actuation (N, V); it is called without gradients.
+            steps: T.
+            every: control steps between two calls of the policy, which act under the same
+                actuation. (`control_interval` makes control steps longer instead.)
+
+        Returns:
+            Robots' centres after each step [m], (T, N, 2).
+
+        Raises:
+            ValueError: there are no sensors, or the policy returns another shape or no numbers.
+        """
+        every = checks.positive_integer("every", every)
+        if self.n_readings == 0:
+            raise ValueError('sensors: expected some for a policy, got none; give sensors="low"')
+        way = torch.empty(steps, self.n_worlds, 2, dtype=self.dtype, device=self.device)
+        actuation = torch.zeros(0)
+        with torch.no_grad():
+            readings = self.readings()
+            for step in range(steps):
+                if step % every == 0:
+                    actuation = policy(readings)
+                now = self.step(actuation)
+                assert now is not None
+                readings = now
+                way[step] = self.center_of_mass()
+        return way
+
     def control_steps(self, duration: float) -> int:
         """Control steps of a rollout of so many seconds, the last one in full.
 
@@ -273,58 +324,6 @@ class Simulator(Launcher):
             kernel(part.program)(*tensors, steps, part.first, part.count, part.chunks)
         self._steps += engine_steps
 
-    # --- set-up and checks ----------------------------------------------------------------------
-
-    @torch.inference_mode(False)
-    @torch.no_grad()
-    def set_poses(self, poses: Tensor, velocities: Tensor | None = None) -> Tensor | None:
-        """Moves the squares by hand and senses; time stands still.
-
-        Args:
-            poses: (N, V, 4, 3) x, y [m], angle [rad].
-            velocities: (N, V, 4, 3) vx, vy [m/s], omega [rad/s]; None: at rest.
-
-        Returns:
-            Readings, as ``reset``.
-
-        Raises:
-            ValueError: wrong shape.
-        """
-        checks.tensor("poses", poses, **self._squares())
-        rates = torch.zeros_like(poses) if velocities is None else velocities
-        checks.tensor("velocities", rates, **self._squares())
-        self._at_start = False
-        st.set_poses(self._state, poses)
-        scale = torch.tensor([1.0, 1.0, lay.GYRATION], dtype=torch.float64, device="cpu")
-        lanes = self._state.lanes_of(rates.double().cpu() * scale)
-        self._state.bodies()[:, :, :, lay.VX : lay.W + 1] = lanes
-        st.forget_window(self._state)
-        return self._look()
-
-    def replay(self, poses: Tensor, velocities: Tensor) -> Tensor | None:
-        """What the robots would have sensed along a recorded motion; time goes on.
-
-        Args:
-            poses: of the squares after each step, (T, N, V, 4, 3), as for ``set_poses``.
-            velocities: likewise, (T, N, V, 4, 3).
-
-        Returns:
-            Readings after each step, (T, N, R), or None without sensors.
-
-        Raises:
-            ValueError: wrong shape.
-        """
-        checks.tensor("poses", poses, steps=None, **self._squares())
-        checks.tensor("velocities", velocities, steps=len(poses), **self._squares())
-        self._reserve(len(poses))
-        readings = self._readings().new_empty(len(poses), self.n_worlds, self.n_readings)
-        for k, pose in enumerate(poses):
-            self._state.header(lay.H_STEP).add_(1.0)
-            now = self.set_poses(pose, velocities[k])
-            if now is not None:
-                readings[k] = now
-        return self._given(readings)
-
     def _bytes_per_world(self) -> int:
         """Least memory that a world takes, with what is copied when it is made [bytes]."""
         items = self.n_voxels * lay.VOXEL_ITEMS
@@ -336,14 +335,13 @@ class Simulator(Launcher):
         return _STRETCH * size + 2 * (model.reach(self.apparatus) + ground_detection.MARGIN)
 
 
-def _engine(engine: Engine | None, friction: float | None) -> Engine:
-    """The settings of the solver, with the friction where it is given by itself."""
-    settings = checks.instance("engine", engine, Engine) or Engine()
+def _friction(engine: Engine, friction: Any) -> Any:
+    """The friction given by itself, or else the engine's."""
     if friction is None:
-        return settings
-    if settings.friction != Engine().friction:
+        return engine.friction
+    if engine.friction != Engine().friction:
         raise ValueError(
             f"friction: expected it once, got friction={friction!r} and "
-            f"engine.friction={settings.friction!r}; leave one of them out"
+            f"engine.friction={engine.friction!r}; leave one of them out"
         )
-    return replace(settings, friction=checks.finite("friction", friction, 0.0))
+    return friction

@@ -22,11 +22,14 @@ PHYSICS = {
     "backend": "compile_cache compiler_thread",
     "scene": "",
     "checks": "scene",
-    "engine": "backend checks scene",
+    "conditions": "checks scene",
+    "engine": "backend checks conditions scene",
     "observations": "engine scene",
-    "batch": "checks engine scene",
-    "launcher": "backend batch engine observations scene",
-    "simulator": "backend batch checks engine launcher observations scene",
+    "batch": "checks conditions engine scene",
+    "launcher": "backend batch conditions engine observations scene",
+    "saving": "batch engine scene",
+    "handling": "backend checks engine launcher saving",
+    "simulator": "backend batch checks conditions engine handling observations scene",
     "render": "scene",
     "envs": "checks render scene simulator",
 }
@@ -34,9 +37,9 @@ EXPERIMENTS = {
     "terminal": "",
     "process": "terminal",
     "options": "",
-    "config_checks": "options",
-    "config": "config_checks options",
     "files": "terminal",
+    "config_checks": "options",
+    "config": "config_checks files options",
     "plotting": "files",
     "rollout": "config",
     "runs": "config files options terminal",
@@ -47,8 +50,9 @@ EXPERIMENTS = {
     "studies": "campaign config",
     "validate": "files plotting rollout terminal",
     "bench": "config evolution files rollout runs terminal",
-    "cli": "analysis bench campaign config evolution files process report runs studies terminal "
-    "validate",
+    "soak": "campaign config files runs terminal",
+    "cli": "analysis bench campaign config evolution files process report runs soak studies "
+    "terminal validate",
 }
 
 # What experiments use of physics besides its public names.
@@ -56,8 +60,9 @@ INSIDE = {
     "physics.checks": {"bench", "config_checks"},
     "physics.backend": {"bench", "rollout"},
     "physics.engine": {"bench", "rollout"},
+    "physics.envs": {"bench"},
     "physics.render": {"analysis", "evolution", "report", "runs"},
-    "physics.scene": {"validate"},
+    "physics.scene": {"config_checks", "soak", "validate"},
 }
 
 

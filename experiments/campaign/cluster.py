@@ -15,13 +15,14 @@ from typing import Any
 
 import ray
 from ray import tune
+from ray._private import ray_constants
 
 from experiments import terminal
 from experiments.campaign.grid import Condition
 from experiments.campaign.runner import Campaign
 from experiments.campaign.trial import ConditionTrial
 
-__all__ = ["run_on_ray"]
+__all__ = ["connect", "run_on_ray"]
 
 _RETRIES = 2  # of a condition whose worker is lost
 _CHECKPOINT_STEPS = 6  # about a minute
@@ -39,7 +40,7 @@ def run_on_ray(campaign: Campaign, gpus: float) -> None:
     """
     if todo := campaign.unfinished:
         if not ray.is_initialized():
-            ray.init()
+            connect()
         errors = _run_trials(campaign, todo, gpus)
         for condition in todo:
             campaign.look_again(condition)
@@ -47,6 +48,17 @@ def run_on_ray(campaign: Campaign, gpus: float) -> None:
             stale = f"no trial of it is left; remove {str(_storage(campaign))!r} and try again"
             campaign.fail(condition.name, errors.get(condition.name, stale))
     campaign.report_complete()
+
+
+def connect() -> None:
+    """Connect to the cluster that RAY_ADDRESS names; without any, start one for this machine
+    alone, which no other can reach."""
+    if os.environ.get("RAY_ADDRESS"):
+        ray.init()
+        return
+    # Ray listens on all interfaces, unless it believes that there can be no second node.
+    ray_constants.ENABLE_RAY_CLUSTER = False
+    ray.init(address="local", include_dashboard=False)
 
 
 def _run_trials(campaign: Campaign, todo: Sequence[Condition], gpus: float) -> dict[str, str]:

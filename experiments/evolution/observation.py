@@ -39,10 +39,10 @@ __all__ = [
 _FIRST = 500_000  # seed of the validation; re-assessments count from 0, evolution from 1,000,000
 _OTHERS = ("flat", "steppy-1-10")  # kinds of terrain besides the evolution's
 _OWN, _OTHER, _DAMAGED = 4, 2, 4  # episodes on its kind, on each other kind, with damage
-_WINDOW = 5.0  # [s] at the end, in which the gait is looked at
-_FILM, _FILM_STEPS = 2.0, 5  # length of the film [s] at the end, control steps between pictures
+_WINDOW = 4.0  # [s] at the end, in which the gait is looked at
+_FILM, _FILM_STEPS = 2.0, 6  # length of the film [s] at the end, control steps between pictures
 _SATURATED = 0.9  # an activation beyond it counts as saturated
-_FILM_EVERY = 2 * ARCHIVE_INTERVAL
+_SHORT = 100  # generations of an evolution that is looked at twice as often as others
 
 
 @dataclass(frozen=True)
@@ -64,12 +64,12 @@ class Observation:
 
 def is_observed(generation: int, generations: int) -> bool:
     """Whether champions are looked at in this generation."""
-    return generation in (1, generations) or generation % ARCHIVE_INTERVAL == 0
+    return generation in (1, generations) or generation % _interval(generations) == 0
 
 
 def is_filmed(generation: int, generations: int) -> bool:
     """Whether they are shown in pictures too, which takes longer."""
-    return generation in (1, generations) or generation % _FILM_EVERY == 0
+    return generation in (1, generations) or generation % (2 * _interval(generations)) == 0
 
 
 def film_seconds(config: EvolveConfig) -> float:
@@ -168,16 +168,18 @@ class _Watch:
                 episode.run(ahead - 1)
                 ahead = 1
             before = episode.state().weights if is_sampled else ()
-            in_force = sim.actuation()
+            end = done + ahead
+            is_filmed = end > film and end % _FILM_STEPS == 0
+            in_force = sim.actuation()[self._first] if is_filmed else None
             episode.run(ahead)
             if is_sampled:
                 self._sample(before)
-            if episode.steps_done > window:
+            if end > window:
                 self._areas.append(sim.area_ratios()[self._first])
-                self._touching.append(sim.touching()[self._first])
-            if episode.steps_done > film and episode.steps_done % _FILM_STEPS == 0:
-                poses = sim.mass_poses()[self._first]
-                self._frames.append((sim.time, poses, in_force[self._first]))
+                if not self._touching or end % _FILM_STEPS == 0:
+                    self._touching.append(sim.touching()[self._first])
+            if in_force is not None:
+                self._frames.append((sim.time, sim.mass_poses()[self._first], in_force))
         self._weights = tuple(layer[self._first] for layer in episode.state().weights)
         return episode.finish().speed.cpu()
 
@@ -245,6 +247,11 @@ class _Watch:
                 if layer.rules.rule.name != "abcd" or term in layer.rules.terms:
                     wide = coefficients.expand(*network.population, *shape)
                     yield f"{term}/layer{k}", wide[self._first][run].detach().cpu().numpy()
+
+
+def _interval(generations: int) -> int:
+    """Generations from one look at the champions to the next: what it takes stays about 2 %."""
+    return ARCHIVE_INTERVAL if generations <= _SHORT else 2 * ARCHIVE_INTERVAL
 
 
 def _kinds(config: EvolveConfig) -> dict[str, int]:

@@ -4,6 +4,7 @@ from physics.backend import ti
 from physics.engine import noise
 from physics.engine.lane_math import any_lane, limited
 from physics.engine.memory import layout as lay
+from physics.engine.memory.model import F_LOWPASS
 
 REST, FROZEN, RANDOM, BLIND = range(4)  # damage.MODES
 
@@ -16,12 +17,30 @@ def broken(S: ti.template(), m: ti.template(), voxel: ti.template(), T: ti.templ
 
 
 @ti.func
-def command(S: ti.template(), m: ti.template(), number, value, T: ti.template()):
-    """Sets the actuation of a voxel for the next step, unless damage keeps it from obeying."""
+def receive(S: ti.template(), m: ti.template(), number, value, T: ti.template()):
+    """Takes a controller's command to a voxel; it is in force when those before it were."""
+    command = value
+    if m.delay > 0:
+        queue = m.delay_block + number * m.delay
+        command = S[queue]
+        for k in range(m.delay - 1):
+            S[queue + k] = S[queue + k + 1]
+        S[queue + m.delay - 1] = value
+    S[number * lay.VOXEL_ITEMS + lay.COMMAND] = command
+
+
+@ti.func
+def obey(S: ti.template(), m: ti.template(), mf: ti.template(), number, T: ti.template()):
+    """Sets the actuation of a voxel for the next step as it was told, unless damage keeps it from
+    obeying."""
     voxel = S.at[number * lay.VOXEL_ITEMS]
     one = T.vec(1.0)
-    voxel[lay.COMMAND] = value
-    clipped = limited(value, one, T)
+    clipped = limited(voxel[lay.COMMAND], one, T)
+    if mf[F_LOWPASS] < T.f(1.0):
+        now = voxel[lay.ACTUATION]
+        clipped = now + mf[F_LOWPASS] * (clipped - now)
+    if ti.static(T.features.varied):
+        clipped = clipped * voxel[lay.ACTUATED]
     fails = broken(S, m, voxel, T)
     if m.damage_mode != BLIND and any_lane(fails, T):
         stuck = T.vec(0.0)
@@ -37,7 +56,7 @@ def command(S: ti.template(), m: ti.template(), number, value, T: ti.template())
 
 
 @ti.func
-def hold(S: ti.template(), m: ti.template(), T: ti.template()):
-    """Keeps the commands of the last control step in force; voxels may break in between."""
+def actuate(S: ti.template(), m: ti.template(), mf: ti.template(), T: ti.template()):
+    """Sets the actuation of all voxels for the next step."""
     for v in range(m.voxels):
-        command(S, m, v, S[v * lay.VOXEL_ITEMS + lay.COMMAND], T)
+        obey(S, m, mf, v, T)

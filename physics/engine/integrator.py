@@ -10,7 +10,7 @@ from physics.scene import material
 @ti.func
 def integrate_velocities(S: ti.template(), m: ti.template(), mf: ti.template(), T: ti.template()):
     """v += g dt, then v and omega are damped."""
-    fall = mf[F_GRAVITY] * T.f(material.DT)
+    fall = gravity(S, m, mf, T) * T.f(material.DT)
     keep = T.f(1.0) - mf[F_DAMPING] * T.f(material.DT)
     for v in range(m.voxels):
         for k in range(4):
@@ -18,6 +18,14 @@ def integrate_velocities(S: ti.template(), m: ti.template(), mf: ti.template(), 
             body[lay.VX] = body[lay.VX] * keep
             body[lay.VY] = (body[lay.VY] - fall) * keep
             body[lay.W] = body[lay.W] * keep
+
+
+@ti.func
+def gravity(S: ti.template(), m: ti.template(), mf: ti.template(), T: ti.template()):
+    """Downward acceleration [m/s^2], of every world or of all."""
+    if ti.static(T.features.varied):
+        return S[m.header + lay.H_GRAVITY]
+    return mf[F_GRAVITY]
 
 
 @ti.func

@@ -38,7 +38,7 @@ def _take_commands(
             world = S.number * T.places + lane
             if world < actions.shape[1]:
                 asked[0][lane] = actions[row, world, v]
-        actuation.command(S, m, v, asked[0], T)
+        actuation.receive(S, m, v, asked[0], T)
 
 
 @ti.func
@@ -87,7 +87,9 @@ def play(program: Program) -> Kernel:
                         partial_group.squeeze(state, T)
                     for t in range(begin, end):
                         if t >= 0:
-                            _take_commands(state, m, actions, t // m.control_interval, T)
+                            if t % m.control_interval == 0:
+                                _take_commands(state, m, actions, t // m.control_interval, T)
+                            actuation.actuate(state, m, mf, T)
                             step.advance(state, contacts, m, mi, mf, T)
                         step.touch(state, contacts, terrain, m, mi, mf, t >= 0, T)
                         sense(state, m, mi, mf, T)
@@ -105,7 +107,7 @@ def closed_loop(program: Program, controller: Callable[..., Any]) -> Kernel:
     Args:
         program: what it is compiled for.
         controller: a Taichi function ``(S, brain, m, T)`` that reads the readings from
-            ``S[m.reading_block + r]`` and calls ``actuation.command`` for every voxel;
+            ``S[m.reading_block + r]`` and calls ``actuation.receive`` for every voxel;
             ``brain`` is a tensor (groups, items, lanes) of its own.
 
     Returns:
@@ -146,11 +148,12 @@ def closed_loop(program: Program, controller: Callable[..., Any]) -> Kernel:
                     for _ in range(steps):
                         for part in range(m.control_interval):
                             if part > 0:
-                                actuation.hold(state, m, T)
+                                actuation.actuate(state, m, mf, T)
                             step.advance(state, contacts, m, mi, mf, T)
                             step.touch(state, contacts, terrain, m, mi, mf, True, T)
                             sense(state, m, mi, mf, T)
                         controller(state, network, m, T)
+                        actuation.actuate(state, m, mf, T)
                     if ti.static(T.narrow):
                         partial_group.spread(state, T)
                         partial_group.spread(network, T)

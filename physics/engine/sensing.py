@@ -1,4 +1,4 @@
-"""Sensors: readings in [0, 1] from the state of a group of worlds (REFERENCE: sensors)."""
+"""Sensors: readings in [0, 1] from the state of a group of worlds (MODEL.md, section 6)."""
 
 from physics.backend import ti
 from physics.engine import noise
@@ -61,7 +61,7 @@ def sense(
             value = T.f(0.5) + T.f(0.5) * tanh(value, T)
         S[m.reading_block + r] = value
     if mf[F_NOISE] > T.f(0.0):
-        noise.add_to_readings(S, m, mf[F_NOISE], T)
+        noise.add_to_readings(S, m, mf, T)
     if m.damage_mode == BLIND:
         for r in range(m.readings):
             voxel = S.at[mi[m.reading_table + READING_ROW * r + RE_VOXEL]]

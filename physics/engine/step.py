@@ -1,4 +1,4 @@
-"""One step of the engine, stage by stage (REFERENCE: one step of the engine)."""
+"""One step of the engine, stage by stage (MODEL.md, section 3)."""
 
 from physics.backend import ti
 from physics.engine import integrator

@@ -172,6 +172,12 @@ class VoxelVectorEnv(VectorEnv):
             return None
         return tuple(picture(self.sim, world) for world in range(self.num_envs))
 
+    def spread_phases(self) -> None:
+        """Ages the present episodes evenly, as if world i of N had begun i / N of an episode ago,
+        so that from now on about as many end in every step."""
+        ages = torch.arange(self.num_envs) * self.episode_steps // self.num_envs
+        self._age.copy_(ages)
+
     def terrains(self) -> list[Terrain] | None:
         """The terrain of every world in its present episode."""
         return self.sim.terrains

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 DT = 1.0 / 60.0  # length of a control step and of an engine step [s]
 VOXEL_SIDE = 3.0  # side of a voxel at rest [m]
@@ -35,6 +36,46 @@ AREA_RATIO_DELTA = 0.225  # the unloaded area ratio is 1 -+ this at actuation +-
 # (x, y) signs of the corners: of a square's centre in its voxel, and of a corner in a square.
 CORNER_SIGNS = ((-1, 1), (1, 1), (1, -1), (-1, -1))
 NW, NE, SE, SW = range(4)
+
+
+def spring_constants(frequency: Any, damping: Any) -> tuple[Any, Any, Any]:
+    """How soft a spring is in the solver (see physics/MODEL.md, springs).
+
+    Args:
+        frequency: of the spring [Hz], a number or an array.
+        damping: its damping ratio.
+
+    Returns:
+        The softness g, with gamma = g K for an inverse effective mass K; g / (1 + g), the part of
+        the impulse that an iteration takes back; and the bias per metre of stretch [1/s].
+    """
+    omega = 2 * math.pi * frequency
+    stiffness = omega**2 * DT  # k dt over the effective mass
+    damper = 2 * damping * omega  # d over the effective mass
+    softness = 1 / (DT * (damper + stiffness))
+    return softness, softness / (1 + softness), stiffness / (damper + stiffness) / DT
+
+
+@dataclass(frozen=True)
+class Material:
+    """What a voxel is made of.
+
+    Attributes:
+        name: of the material.
+        actuated: whether the voxel obeys its actuation; one that does not keeps its size.
+        frequency: of its springs [Hz].
+        damping: their damping ratio.
+    """
+
+    name: str
+    actuated: bool = True
+    frequency: float = SPRING_FREQUENCY
+    damping: float = SPRING_DAMPING_RATIO
+
+
+ACTUATED = Material("actuated")
+PASSIVE = Material("passive", actuated=False)
+STIFF = Material("stiff", actuated=False, frequency=30.0, damping=1.0)
 
 
 @dataclass(frozen=True)

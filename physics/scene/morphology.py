@@ -8,14 +8,15 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from physics.scene.material import NE, NW, SE, SW
+from physics.scene import material
+from physics.scene.material import NE, NW, SE, SW, Material
 
 __all__ = ["Morphology"]
 
@@ -28,10 +29,16 @@ class Morphology:
         grid: where there is a voxel, shape (height, width), bool, top row first, read-only,
             without empty outer rows or columns.
         name: its name, for logs and messages.
+        materials: what each voxel is made of, V of them, in voxel order.
     """
 
     grid: np.ndarray
     name: str
+    materials: tuple[Material, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.materials:
+            object.__setattr__(self, "materials", (material.ACTUATED,) * int(self.grid.sum()))
 
     @classmethod
     def from_name(cls, name: str) -> Morphology:
@@ -88,17 +95,8 @@ class Morphology:
             ValueError: if the table is not 2-D, not of 0 and 1, empty, or holds voxels that are
                 not joined side to side.
         """
-        try:
-            table = np.asarray(grid)
-        except ValueError:
-            raise ValueError("shape: expected rows of equal length in a 2-D 0/1 array") from None
-        if table.ndim != 2:
-            raise ValueError(
-                f"shape: expected a 2-D 0/1 array, top row first, got {table.ndim} dimension(s)"
-            )
-        if table.dtype.kind not in "biuf" or not np.isin(table, (0, 1)).all():
-            raise ValueError("shape: expected an array of 0 (empty) and 1 (voxel) only")
-        table = table.astype(bool)
+        hint = "an array of 0 (empty) and 1 (voxel) only; Morphology.from_evogym reads its codes"
+        table = _table(grid, (0, 1), hint).astype(bool)
         if not table.any():
             raise ValueError("shape: expected at least one voxel (a 1), got an empty array")
         rows, columns = np.nonzero(table.any(1))[0], np.nonzero(table.any(0))[0]
@@ -107,6 +105,27 @@ class Morphology:
         shape = cls(table, name or f"custom-{table.shape[1]}x{table.shape[0]}")
         shape._check_connected()
         return shape
+
+    @classmethod
+    def from_evogym(cls, body: Any, name: str | None = None) -> Morphology:
+        """A body of EvoGym, with voxels of several materials.
+
+        Args:
+            body: 2-D array of EvoGym's codes, top row first: 0 empty, 1 stiff, 2 soft, 3 and 4 soft
+                and actuated. EvoGym's actuators change the length of a voxel along one axis, 3
+                the horizontal and 4 the vertical; here both change its area. Stiff voxels have
+                springs of 30 Hz, critically damped, and like soft ones do not obey the actuation,
+                which still has a number for every voxel.
+            name: its name; "custom-WxH" if not given.
+
+        Raises:
+            ValueError: it holds other codes, or its voxels are no shape (see `from_grid`).
+        """
+        codes = _table(body, (0, *_EVOGYM), "a 2-D array of EvoGym's codes 0 to 4")
+        shape = cls.from_grid(codes > 0, name)
+        inside = codes[np.ix_(codes.any(1), codes.any(0))][::-1]
+        kinds = tuple(_EVOGYM[int(code)] for code in inside[inside > 0])
+        return cls(shape.grid, shape.name, kinds)
 
     @classmethod
     def of(cls, spec: Any) -> Morphology:
@@ -129,6 +148,11 @@ class Morphology:
     def cells(self) -> tuple[tuple[int, int], ...]:
         """Cell (gx, gy) of each voxel, gy = 0 at the bottom, in voxel order."""
         return tuple((int(x), int(y)) for y, x in np.argwhere(self.grid[::-1]))
+
+    @property
+    def is_uniform(self) -> bool:
+        """Whether all voxels are of the usual material, with an actuator."""
+        return set(self.materials) == {material.ACTUATED}
 
     @property
     def n_voxels(self) -> int:
@@ -175,6 +199,28 @@ class Morphology:
                 f"{len(unseen)} voxel(s) cut off from cell {self.cells[0]}, e.g. {min(unseen)}"
             )
 
+
+def _table(grid: Any, allowed: Iterable[int], wanted: str) -> np.ndarray:
+    """The array, if it is 2-D and of these numbers."""
+    try:
+        table = np.asarray(grid)
+    except ValueError:
+        raise ValueError("shape: expected rows of equal length in a 2-D array") from None
+    if table.ndim != 2:
+        raise ValueError(
+            f"shape: expected a 2-D 0/1 array, top row first, got {table.ndim} dimension(s)"
+        )
+    if table.dtype.kind not in "biuf" or not np.isin(table, tuple(allowed)).all():
+        raise ValueError(f"shape: expected {wanted}")
+    return table
+
+
+_EVOGYM = {
+    1: material.STIFF,
+    2: material.PASSIVE,
+    3: material.ACTUATED,
+    4: material.ACTUATED,
+}  # materials of EvoGym's codes
 
 _NAME = re.compile(
     r"(?P<family>[A-Za-z]+)-(?P<width>[1-9][0-9]{0,2})(x(?P<height>[1-9][0-9]{0,2}))?"

@@ -5,6 +5,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from experiments.config import EvolveConfig
@@ -132,3 +133,41 @@ def test_every_option_states_what_it_is() -> None:
 def test_json_of_something_else_is_refused(text: str) -> None:
     with pytest.raises(ValueError):
         EvolveConfig.from_json(text)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"shape": []}, r"shape: expected text, got \[\]"),
+        ({"sensors": {}}, "sensors: expected text, got {}"),
+        ({"normalize": ["l2"]}, "normalize: expected a number or text, got"),
+        ({"bias": 1}, "bias: expected true or false, got 1"),
+        ({"runs": True}, "runs: expected a number or text, got True"),
+        ({"eta": [0.01]}, "eta: expected a number or text"),
+        ({"duration": 1e9}, "duration: expected at most 35791393 s, which are 2.31 steps"),
+        ({"population": 10**12}, "population: expected at most [0-9]+, which fill the"),
+        ({"runs": 10**12}, "population: expected at most"),
+    ],
+)
+def test_what_files_and_scripts_may_hold_is_refused(options: dict, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        EvolveConfig(**options).validate()
+
+
+def test_text_that_is_no_configuration_is_refused() -> None:
+    for text, message in (
+        ("[" * 100_000, "config: expected a JSON object"),
+        ("", "Expecting value"),
+        ('{"format": 2}', "format: expected at most 1, got 2, which a newer version"),
+        ('{"format": []}', "format: expected 1, got"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            EvolveConfig.from_json(text)
+    assert EvolveConfig.from_json("{}") == EvolveConfig()
+
+
+def test_numbers_of_numpy_become_plain_ones() -> None:
+    config = EvolveConfig(population=np.int64(8), sigma=np.float32(0.5), seed=np.array(3))
+    config.validate()
+    assert EvolveConfig.from_json(config.to_json()) == config
+    assert (type(config.population), type(config.sigma), config.seed) == (int, float, 3)

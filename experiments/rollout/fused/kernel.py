@@ -239,7 +239,7 @@ def kernel(features: Features, program: Program) -> Kernel:
             pre = post
             n_in = n_out
         for v in range(m.voxels):
-            actuation.command(S, m, v, brain[pre + v], T)
+            actuation.receive(S, m, v, brain[pre + v], T)
         if ti.static(F.recurrent):
             hidden = _integer(brain, SIZES + 1)
             for j in range(hidden):

@@ -4,7 +4,7 @@ Each world stands on its own terrain. The segments around its robot are kept as 
 so that detection needs no gathers; the window is filled anew when a robot nears its edge.
 
 A square on a segment touches in one or two points: its edge most opposed to the segment's
-normal, clipped to the segment's extent (REFERENCE: contact).
+normal, clipped to the segment's extent (MODEL.md, section 4).
 """
 
 import math

@@ -1,7 +1,7 @@
 """Contacts with the ground: friction and non-penetration as accumulated, clamped impulses.
 
 Works on the pairs that ``ground.detect`` listed. In lanes without the contact the effective
-masses are zero, so that every impulse is zero (REFERENCE: contact).
+masses are zero, so that every impulse is zero (MODEL.md, section 4).
 """
 
 from physics.backend import ti
@@ -59,7 +59,7 @@ def solve_velocities(
     S: ti.template(), lists: ti.template(), m: ti.template(), mf: ti.template(), T: ti.template()
 ):
     """One iteration: for each pair the friction of its points, then their normal impulses."""
-    friction = mf[F_FRICTION]
+    friction = _friction(S, m, mf, T)
     zero = T.vec(0.0)
     for n in range(lists[lay.L_CONTACTS]):
         pair = S.at[lists[m.contact_list + 2 * n]]
@@ -91,6 +91,14 @@ def solve_velocities(
         body[lay.VX] = vx
         body[lay.VY] = vy
         body[lay.W] = w
+
+
+@ti.func
+def _friction(S: ti.template(), m: ti.template(), mf: ti.template(), T: ti.template()):
+    """The coefficient of friction, of every world or of all."""
+    if ti.static(T.features.varied):
+        return S[m.header + lay.H_FRICTION]
+    return mf[F_FRICTION]
 
 
 @ti.func

@@ -4,7 +4,7 @@ Two equal squares whose centres are d apart and whose angles differ by delta rea
 along each of their four axes: they overlap by h (1 + |cos delta| + |sin delta|) less the
 component of d along that axis, and least along the axis on which d is longest. The square that
 owns this axis is the reference: its face towards the other one plays the part of the ground in
-``ground``, and clips the other's edge that faces it most (REFERENCE: contact).
+``ground``, and clips the other's edge that faces it most (MODEL.md, section 4).
 
 A group lists the pairs that meet in any lane, in the order of the model's table. A world holds
 its first ``meeting_limit`` meetings and ignores further ones, whatever its lane-mates do.

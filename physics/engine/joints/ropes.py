@@ -1,7 +1,7 @@
 """Ropes: side-adjacent squares of a voxel never come closer than ROPE_LENGTH.
 
 A rope is active in a step that starts with a shorter distance; then it is an equality in
-velocity (REFERENCE: rope). Few are active at a time, so they are listed per group.
+velocity (MODEL.md, section 2). Few are active at a time, so they are listed per group.
 """
 
 from physics.backend import ti

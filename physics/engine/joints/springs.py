@@ -1,4 +1,4 @@
-"""Springs: soft constraints along the line between two anchors (REFERENCE: spring).
+"""Springs: soft constraints along the line between two anchors (MODEL.md, section 2).
 
 The textbook quantities K (inverse effective mass), gamma (softness) and m = 1 / (K + gamma)
 are folded into one scale: with gamma = g K for a constant g, direction, arms, bias and impulse
@@ -8,8 +8,6 @@ are stored multiplied or divided by sqrt(m), and one iteration reads
 
 where J = (n, arm1, -n, -arm2).
 """
-
-import math
 
 from physics.backend import ti
 from physics.engine.memory import layout as lay
@@ -28,13 +26,11 @@ from physics.engine.memory.model import (
 )
 from physics.scene import material
 
-_OMEGA = 2 * math.pi * material.SPRING_FREQUENCY
-_STIFFNESS = _OMEGA**2 * material.DT  # k dt over the effective mass
-_DAMPER = 2 * material.SPRING_DAMPING_RATIO * _OMEGA  # d over the effective mass
-SOFTNESS = 1 / (material.DT * (_DAMPER + _STIFFNESS))  # gamma = SOFTNESS * K
-BIAS = _STIFFNESS / (_DAMPER + _STIFFNESS) / material.DT  # bias = BIAS * (l - L)
+# gamma = SOFTNESS * K, bias = BIAS * (l - L)
+SOFTNESS, _RELAX, BIAS = material.spring_constants(
+    material.SPRING_FREQUENCY, material.SPRING_DAMPING_RATIO
+)
 _COUNT = len(material.SPRINGS)
-_RELAX = SOFTNESS / (1 + SOFTNESS)
 
 
 @ti.func
@@ -63,7 +59,7 @@ def prepare(
             length = ti.sqrt(squared)
             # m = 1 / (K + gamma) = l^2 / q, with K in units of a square's inverse mass. All
             # quotients follow from one division: scale = sqrt(m), and scale / l.
-            q = T.f(1 + SOFTNESS) * (T.f(2.0) * squared + cross1 * cross1 + cross2 * cross2)
+            q = _firmness(S, block, T) * (T.f(2.0) * squared + cross1 * cross1 + cross2 * cross2)
             inverse = T.f(1.0) / (ti.sqrt(q) * length)
             scale = squared * inverse
             per_length = length * inverse
@@ -81,7 +77,7 @@ def prepare(
             spring[lay.SP_NY] = ny
             spring[lay.SP_ARM1] = arm1
             spring[lay.SP_ARM2] = arm2
-            spring[lay.SP_BIAS] = (length - rest) * scale * T.f(BIAS)
+            spring[lay.SP_BIAS] = (length - rest) * scale * _bias(S, block, T)
             spring[lay.SP_IMPULSE] = impulse
             spring[lay.SP_SCALE] = scale
             body1[lay.VX] = body1[lay.VX] + nx * impulse
@@ -121,6 +117,30 @@ def solve_velocities(S: ti.template(), m: ti.template(), T: ti.template()):
 
 
 @ti.func
+def _firmness(S: ti.template(), block, T: ti.template()):
+    """1 + g of a voxel's springs."""
+    if ti.static(T.features.varied):
+        return S[block + lay.FIRMNESS]
+    return T.f(1 + SOFTNESS)
+
+
+@ti.func
+def _bias(S: ti.template(), block, T: ti.template()):
+    """Bias of a voxel's springs per metre that they are too long."""
+    if ti.static(T.features.varied):
+        return S[block + lay.BIAS]
+    return T.f(BIAS)
+
+
+@ti.func
+def _relax(voxel: ti.template(), T: ti.template()):
+    """-g / (1 + g) of a voxel's springs."""
+    if ti.static(T.features.varied):
+        return voxel[lay.RELAX]
+    return T.f(-_RELAX)
+
+
+@ti.func
 def _renumber(a: ti.template()):
     """Square k + 1 becomes square k."""
     first = a[0]
@@ -145,7 +165,7 @@ def _solve_one(
     arm1, arm2 = voxel[o + lay.SP_ARM1], voxel[o + lay.SP_ARM2]
     acc = voxel[o + lay.SP_IMPULSE]
     speed = (nx * (vx[i] - vx[j]) + ny * (vy[i] - vy[j])) + (arm1 * w[i] - arm2 * w[j])
-    change = (acc * T.f(-_RELAX) - voxel[o + lay.SP_BIAS]) - speed
+    change = (acc * _relax(voxel, T) - voxel[o + lay.SP_BIAS]) - speed
     voxel[o + lay.SP_IMPULSE] = acc + change
     px = nx * change
     py = ny * change

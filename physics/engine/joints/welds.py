@@ -1,4 +1,4 @@
-"""Welds: rigid joints between squares of adjacent voxels (REFERENCE: weld).
+"""Welds: rigid joints between squares of adjacent voxels (MODEL.md, section 2).
 
 The anchor is the centre of body 1; it lies ROPE_LENGTH = 1.2 m from the centre of body 2 along
 that body's axis u (its x axis for a neighbour at the right, its y axis for one above). Along u

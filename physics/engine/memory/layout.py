@@ -5,6 +5,7 @@ The state of a group is one row of items, each item a vector with a lane per wor
     V voxel blocks (VOXEL_ITEMS each) | header | welds | terrain window | rings | readings
     | meetings | meetings of the last step | bounds of voxels     (with self-collision)
     | landings                                                   (with continuous detection)
+    | commands that wait                                         (with a control delay)
 
 Inside a voxel block all offsets are constants; a body (one of the four squares of a voxel) is
 addressed by the offset of its first item. Velocities are stored so that the mass matrix is the
@@ -87,14 +88,18 @@ COMMAND = PAIRS + 4 * PAIRS_PER_BODY * PAIR_ITEMS  # what the caller asked for
 ACTUATION = COMMAND + 1  # in force, in [-1, 1]
 BREAKS = ACTUATION + 1  # step from which the voxel is broken
 MENDS = BREAKS + 1  # step from which it works again
-VOXEL_ITEMS = MENDS + 1
+# Of a voxel's springs, where they are not the same for all: 1 + g with softness g, -g / (1 + g),
+# bias per stretch [1/s] (see `material.spring_constants`); 1 where there is an actuator, else 0.
+FIRMNESS, RELAX, BIAS, ACTUATED = range(MENDS + 1, MENDS + 5)
+VOXEL_ITEMS = ACTUATED + 1
 
 # The header of a group.
 H_STEP, H_FAILED, H_LEFT, H_ALIVE, H_LIVE = range(5)  # LEFT: 1 where beyond the ground's ends
 H_LIFE, H_SEED_LOW, H_SEED_HIGH, H_GROUND_START, H_GROUND_END = range(5, 10)  # of an episode
 H_WINDOW_LOW, H_WINDOW_HIGH, H_WINDOW_BASE, H_WINDOW_TOP = range(10, 14)
 H_PLACE, H_LENGTH = range(14, 16)  # of the sensor window that is averaged just now
-HEADER_ITEMS = 16
+H_GRAVITY, H_FRICTION = range(16, 18)  # where they are not the same for all worlds
+HEADER_ITEMS = 18
 
 # A weld: axis (unit vector from body 2's centre to the anchor), impulse.
 WE_UX, WE_UY, WE_PX, WE_PY, WE_PW = range(5)
@@ -116,6 +121,7 @@ class Layout:
         voxels, welds, segments, ring_items, readings: sizes the offsets follow from.
         meetings: of squares of the robot with each other that a group can hold.
         landings: bodies whose landings are looked for: all or 0.
+        delay: control steps for which commands are kept before they act.
     """
 
     voxels: int
@@ -125,6 +131,7 @@ class Layout:
     readings: int
     meetings: int
     landings: int
+    delay: int = 0
 
     @property
     def header(self) -> int:
@@ -174,6 +181,11 @@ class Layout:
     @property
     def items(self) -> int:
         """Items of a whole group."""
+        return self.delay_block + self.voxels * self.delay
+
+    @property
+    def delay_block(self) -> int:
+        """First item of the commands that wait, the oldest first, voxel by voxel."""
         return self.landing_block + self.landings * LANDING_ITEMS
 
     @property

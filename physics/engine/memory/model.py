@@ -8,6 +8,7 @@ import numpy as np
 
 from physics import checks
 from physics.backend import Features, ti
+from physics.conditions import Conditions
 from physics.engine.memory import layout as lay
 from physics.engine.memory.layout import Layout
 from physics.scene import clock, damage, material
@@ -49,8 +50,8 @@ class Engine:
 
 
 # Places in the table of numbers.
-F_GRAVITY, F_DAMPING, F_FRICTION, F_NOISE, F_REACH, F_EXTENT = range(6)
-F_SPRINGS = 6  # rows of: anchors x1 y1 x2 y2 [m], rest length, its slopes for a >= 0 and a < 0
+F_GRAVITY, F_DAMPING, F_FRICTION, F_NOISE, F_REACH, F_EXTENT, F_LOWPASS = range(7)
+F_SPRINGS = 7  # rows of: anchors x1 y1 x2 y2 [m], rest length, its slopes for a >= 0 and a < 0
 FS_X1, FS_Y1, FS_X2, FS_Y2, FS_REST, FS_SHRINK, FS_GROW = range(7)
 F_SPRING_ROW = 7
 F_RAYS = F_SPRINGS + F_SPRING_ROW * len(material.SPRINGS)  # rows of: cos, sin, range [m]
@@ -73,12 +74,15 @@ _SIZES = (
     "velocity_iterations",
     "position_iterations",
     "control_interval",
+    "delay",
+    "delay_block",
     "ropes",
     "damage_mode",
     "weld_table",
     "reading_table",
     "interval_table",
     "interval_steps",
+    "noise_table",
     "meeting_block",
     "meeting_memory",
     "meeting_bounds",
@@ -146,14 +150,12 @@ def build(
     morphology: Morphology,
     apparatus: Apparatus,
     engine: Engine,
-    gravity: float,
-    noise: float,
+    conditions: Conditions,
     segments: int,
     extent: float,
     damage_mode: str,
     max_steps: int,
     lanes: int,
-    control_interval: int = 1,
 ) -> Model:
     """The model of a robot.
 
@@ -161,14 +163,12 @@ def build(
         morphology: the robot's shape.
         apparatus: its sensors.
         engine: settings of the solver.
-        gravity: downward acceleration [m/s^2].
-        noise: standard deviation of the readings' noise, in units of the sensor's range.
+        conditions: gravity, noise and so on.
         segments: terrain segments that the window of a group holds; 0 without ground.
         extent: width of the ground in the window [m].
         damage_mode: one of damage.MODES.
         max_steps: steps that a world may live.
         lanes: worlds per group.
-        control_interval: engine steps per control step.
     """
     reading_rows, rays, intervals, ring_items = _readings(apparatus)
     features = engine.features(morphology)
@@ -182,6 +182,7 @@ def build(
         readings=apparatus.n_readings,
         meetings=lanes * limit if pairs else 0,
         landings=4 * morphology.n_voxels if features.continuous else 0,
+        delay=conditions.control_delay,
     )
     springs = [(s.square1 * lay.BODY_ITEMS, s.square2 * lay.BODY_ITEMS) for s in material.SPRINGS]
     ropes = [(a * lay.BODY_ITEMS, b * lay.BODY_ITEMS) for a, b in material.ROPES]
@@ -204,13 +205,16 @@ def build(
         "rope_list": layout.rope_list,
         "velocity_iterations": engine.velocity_iterations,
         "position_iterations": engine.position_iterations,
-        "control_interval": control_interval,
+        "control_interval": conditions.control_interval,
+        "delay": layout.delay,
+        "delay_block": layout.delay_block,
         "ropes": int(engine.ropes),
         "damage_mode": damage.MODES.index(damage_mode),
         "weld_table": I_WELDS,
         "reading_table": reading_table,
         "interval_table": interval_table,
         "interval_steps": max_steps,
+        "noise_table": F_RAYS + len(rays),
         "meeting_block": layout.meeting_block,
         "meeting_memory": layout.meeting_memory,
         "meeting_bounds": layout.meeting_bounds,
@@ -227,16 +231,19 @@ def build(
     integers = np.concatenate(
         [[sizes[name] for name in _SIZES], *rows, *windows], dtype=np.int32, casting="unsafe"
     )
+    noise = conditions.reading_noise(apparatus)
     numbers = np.array(
         [
-            gravity,
+            conditions.gravity[0],
             engine.damping,
-            engine.friction,
-            noise,
+            conditions.friction[0],
+            max(noise, default=0.0),
             reach(apparatus),
             extent,
+            conditions.lowpass,
             *_spring_numbers(),
             *rays,
+            *noise,
         ],
         dtype=np.float64,
     )

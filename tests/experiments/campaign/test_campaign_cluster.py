@@ -36,27 +36,35 @@ if sys.argv[1] != "campaign":
         hold_as(arguments)
 
 environment = {"worker_process_setup_hook": hook} if hook else None
-ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False, runtime_env=environment)
+quiet = {"include_dashboard": False, "log_to_driver": False}
+ray.init(address="local", num_cpus=2, runtime_env=environment, **quiet)
 main()
 """
 
 
 TRIAL = """
 import ray
+from experiments.campaign.cluster import connect
 
-ray.init(num_cpus=1, include_dashboard=False, log_to_driver=False)
+connect()
 assert ray.get(ray.remote(lambda: 7).remote()) == 7
+print(ray.get_runtime_context().gcs_address)
 """
 
 
 @pytest.fixture
-def _ray_starts(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Some machines let no process start servers of its own."""
+def address(monkeypatch: pytest.MonkeyPatch) -> str:
+    """Of a cluster that was started without naming one.
+
+    Some machines let no process start servers of its own.
+    """
     monkeypatch.setenv("RAY_USAGE_STATS_ENABLED", "0")
     try:
-        subprocess.run([sys.executable, "-c", TRIAL], check=True, capture_output=True, timeout=600)
+        command = [sys.executable, "-c", TRIAL]
+        done = subprocess.run(command, check=True, capture_output=True, text=True, timeout=600)
     except (subprocess.SubprocessError, OSError) as error:
         pytest.skip(f"Ray does not start here: {error}")
+    return done.stdout.splitlines()[-1]
 
 
 def results(root: Path, name: str) -> list[list[str]]:
@@ -65,8 +73,9 @@ def results(root: Path, name: str) -> list[list[str]]:
         return [row[:-1] for row in csv.reader(file)]
 
 
-@pytest.mark.usefixtures("_ray_starts")
-def test_a_killed_campaign_on_ray_ends_as_one_without(tmp_path: Path) -> None:
+@pytest.mark.slow
+def test_a_killed_campaign_on_ray_ends_as_one_without(tmp_path: Path, address: str) -> None:
+    assert address.startswith("127.0.0.1:")  # which no other machine reaches
     grid = tmp_path / "grid.toml"
     grid.write_text('[base]\nshape = "worm-2x1"\n[axes]\ncontroller = ["hebbian", "mlp"]\n')
     expected, root = tmp_path / "expected", tmp_path / "root"

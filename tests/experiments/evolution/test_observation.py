@@ -110,9 +110,10 @@ def test_an_episode_is_replaced_when_it_is_logged_again(logged: dict[str, Path])
 
 
 def test_champions_are_looked_at_now_and_then() -> None:
-    observed = [each for each in range(1, 131) if is_observed(each, 130)]
-    assert observed == [1, 25, 50, 75, 100, 125, 130]
-    assert [each for each in observed if is_filmed(each, 130)] == [1, 50, 100, 130]
+    observed = [each for each in range(1, 231) if is_observed(each, 230)]
+    assert observed == [1, 50, 100, 150, 200, 230]
+    assert [each for each in observed if is_filmed(each, 230)] == [1, 100, 200, 230]
+    assert [each for each in range(1, 61) if is_observed(each, 60)] == [1, 25, 50, 60]
 
 
 def test_validation_is_the_reassessment_on_its_terrains(tiny: EvolveConfig) -> None:

@@ -138,6 +138,15 @@ def test_a_world_that_fails_is_over_and_begins_anew() -> None:
     assert not env.sim.failed().any()
 
 
+def test_phases_can_be_spread() -> None:
+    env = make(episode=1.0)
+    env.reset(seed=0)
+    env.spread_phases()
+    ends = torch.stack([env.step(action)[3] for action in ACTIONS[: env.episode_steps]])
+    assert (ends.sum(0) == 1).all()
+    assert ends.sum(1).max() == 1
+
+
 class Standing(Task):
     """A task of a user's own: the height of the centre."""
 
