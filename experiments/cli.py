@@ -149,7 +149,7 @@ def freeze(
     seed: int = 0,
     out: Path | None = None,
 ) -> None:
-    """Freeze the champions' weights at each second of a life, and see how they walk from then on.
+    """Assess champions with weights frozen at each second of an episode.
 
     For example:
         hebbtorch freeze runs/first
@@ -157,7 +157,7 @@ def freeze(
 
     Args:
         folder: Folder of the run.
-        terrains: Number of unseen terrains on which each snapshot lives.
+        terrains: Number of unseen terrains on which each snapshot is assessed.
         seed: Decides sensor noise and damage.
         out: CSV file to write; by default freeze.csv in the run's folder. A picture goes beside.
     """
@@ -193,7 +193,8 @@ def render(
         seconds: Length of the film [s].
         beside: What to show beside the champion, in beside.mp4: "damaged" (voxels break with
             probability 0.5 at half of the episode), "frozen" (it stops learning when the film
-            begins), or folders of other runs.
+            begins), "generation-N" (the best of generation 1, 25, 50, ...), or folders of other
+            runs.
         seed: Decides terrain, sensor noise and damage of the episode shown.
         out: Folder for the files; by default the run's.
     """

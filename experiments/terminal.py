@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 import logging
 import os
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 
-__all__ = ["LOG", "is_interactive", "is_told", "quiet", "say"]
+__all__ = ["LOG", "is_interactive", "is_told", "quiet", "say", "show_in_notebook"]
 
 LOG = logging.getLogger("hebbtorch")
 """Warnings, and what failed without ending the command."""
@@ -35,3 +37,11 @@ def say(text: str) -> None:
     """Print a line at once, unless told to be quiet."""
     if is_told():
         print(text, flush=True)
+
+
+def show_in_notebook(path: Path) -> None:
+    """Show a GIF below the cell, if this runs in a notebook; elsewhere do nothing."""
+    if path.suffix != ".gif" or "ipykernel" not in sys.modules or not is_told():
+        return
+    display = importlib.import_module("IPython.display")
+    display.display(display.Image(filename=str(path)))

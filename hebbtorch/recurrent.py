@@ -25,10 +25,8 @@ class HebbianRNN(HebbianMLP):
 
     Source: Elman, "Finding structure in time", Cognitive Science 14 (1990).
 
-    Args:
-        sizes: [in, hidden, out].
-        options: those of `HebbianMLP`; for "grouped" give a label to each input and then to each
-            hidden neuron. "neuron" is not for recurrent networks.
+    Its sizes are [in, hidden, out], its further arguments those of `HebbianMLP`; for "grouped" give
+    a label to each input and then to each hidden neuron. "neuron" is not for recurrent networks.
 
     Raises:
         ValueError: an argument that is not as said here.

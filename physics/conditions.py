@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -115,7 +115,7 @@ _LEAST_FREQUENCY = 0.1  # [Hz]
 
 def _per_world(name: str, value: Any, n_worlds: int, least: float) -> np.ndarray:
     """A number for every world, from one or from N of them, (N,) float64."""
-    if isinstance(value, Iterable) and not isinstance(value, str):
+    if checks.is_sequence(value) and not isinstance(value, str):
         values = [checks.finite(name, each, least) for each in value]
         if len(values) != n_worlds:
             raise ValueError(f"{name}: expected one number or {n_worlds}, got {len(values)}")

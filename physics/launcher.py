@@ -19,6 +19,7 @@ from physics.engine.memory import state as st
 from physics.engine.memory.grouping import Grouping
 from physics.engine.memory.model import Engine
 from physics.observations import Observed
+from physics.scene import clock
 from physics.scene.damage import Damage
 from physics.scene.morphology import Morphology
 from physics.scene.sensors import Apparatus
@@ -90,7 +91,16 @@ class Launcher(Observed):
         self._state = st.widened(self._state, self._model.layout)
 
     def _reserve(self, steps: int) -> None:
-        """Makes the table of sensor windows long enough for ``steps`` more."""
+        """Makes the table of sensor windows long enough for ``steps`` more.
+
+        Raises:
+            ValueError: worlds cannot count so far.
+        """
+        if self._steps + steps > clock.ENDLESS:
+            raise ValueError(
+                f"steps: expected at most {int(clock.ENDLESS) - self._steps} more, since a world "
+                f"counts 2^24 steps (77 hours) after a reset, got {steps}; reset the worlds"
+            )
         if self._steps + steps > self._model.max_steps:
             self._build(max(2 * self._model.max_steps, self._steps + steps))
 

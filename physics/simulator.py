@@ -295,13 +295,13 @@ class Simulator(Handled):
         return -(-clock.steps_in(duration) // self.control_interval)
 
     def run_closed_loop(
-        self, kernel: Callable[[backend.Program], backend.Kernel], brain: Tensor, steps: int
+        self, kernel: Callable[[backend.Program], backend.Kernel], controller: Tensor, steps: int
     ) -> None:
         """Many steps with a controller inside the kernel (see ``rollout.closed_loop``).
 
         Args:
             kernel: gives the kernel for a program; the same one whenever it is asked.
-            brain: the controller's tensor, (groups, items, lanes), of this simulator's dtype,
+            controller: the controller's tensor, (groups, items, lanes), of this simulator's dtype,
                 changed in place; its memory in the order of kernels (`backend.unpacked`).
             steps: how many control steps.
 
@@ -309,18 +309,25 @@ class Simulator(Handled):
             ValueError: a tensor for other worlds, of another type or in another order.
         """
         checks.tensor(
-            "brain", brain, groups=self._grouping.whole.count, items=None, lanes=self.lanes
+            "controller",
+            controller,
+            groups=self._grouping.whole.count,
+            items=None,
+            lanes=self.lanes,
         )
-        if brain.dtype != self.dtype or not backend.packed(brain, self.lanes).is_contiguous():
+        if (
+            controller.dtype != self.dtype
+            or not backend.packed(controller, self.lanes).is_contiguous()
+        ):
             raise ValueError(
-                f"brain: expected {self.dtype} in the order of backend.unpacked, got "
-                f"{brain.dtype} with strides {brain.stride()}"
+                f"controller: expected {self.dtype} in the order of backend.unpacked, got "
+                f"{controller.dtype} with strides {controller.stride()}"
             )
         engine_steps = steps * self.control_interval
         self._reserve(engine_steps)
         self._center, self._at_start = None, False
         for part in self._grouping.parts_for(engine_steps):
-            tensors = *self.kernel_tensors(part.program), part.program.packed(brain)
+            tensors = *self.kernel_tensors(part.program), part.program.packed(controller)
             kernel(part.program)(*tensors, steps, part.first, part.count, part.chunks)
         self._steps += engine_steps
 

@@ -6,14 +6,18 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from torch import Tensor
+
 from experiments.analysis.film import Progress, chosen_run, write_films
 from experiments.analysis.film_options import FilmOptions
 from experiments.analysis.trajectory import Trajectory, record
+from experiments.runs.archive import Archive
 from experiments.runs.champions import Champions
 
 __all__ = ["film_beside"]
 
-_KINDS = ("damaged", "frozen")
+_KINDS = ("damaged", "frozen", "generation-N")
+_GENERATION = "generation-"
 
 
 def film_beside(
@@ -32,7 +36,8 @@ def film_beside(
 
     Args:
         folder: of the run.
-        others: "damaged", "frozen", or folders of other runs.
+        others: "damaged", "frozen", "generation-N" (the best of a generation in the run's archive),
+            or folders of other runs.
         run: which champion of `folder`, as in `film.film_run`.
         out: folder for the files, created if need be; by default the run's.
         seed: as in `film.film_run`.
@@ -66,6 +71,11 @@ def film_beside(
             courses[f"weights frozen at {begin:.1f} s"] = record(
                 whole, genome, seed=seed, start=begin, seconds=seconds, freeze_at=begin
             )
+        elif other.startswith(_GENERATION):
+            generation, early = _of_generation(folder, other, run)
+            courses[f"best of generation {generation}"] = record(
+                whole, early, seed=seed, start=begin, seconds=seconds
+            )
         else:
             theirs = _read(other)
             own = theirs.best_run
@@ -76,6 +86,19 @@ def film_beside(
     out = folder if out is None else out
     out.mkdir(parents=True, exist_ok=True)
     return write_films(courses, out / "beside", options, progress=progress)
+
+
+def _of_generation(folder: Path, name: str, run: int) -> tuple[int, Tensor]:
+    """The best individual of a generation, such as "generation-25", as the archive keeps it."""
+    archive = Archive.load(folder)
+    kept = [] if archive is None else archive.generations.tolist()
+    wanted = name.removeprefix(_GENERATION)
+    if archive is None or not wanted.isdecimal() or int(wanted) not in kept:
+        raise ValueError(
+            f"beside: expected generation-N with N of {', '.join(map(str, kept)) or 'none kept'} "
+            f"in the archive of {folder}, got {name!r}"
+        )
+    return int(wanted), archive.genomes[kept.index(int(wanted)), run]
 
 
 def _read(folder: str) -> Champions:

@@ -29,6 +29,7 @@ def present(folder: Path, champions: Champions) -> None:
     life = log_champion(folder, champions, files[0])
     for path in files:
         terminal.say(f"wrote {path}")
+        terminal.show_in_notebook(path)
     terminal.say(f"wrote {life}, its episode second by second")
     terminal.say(f"curves, pictures and films:  tensorboard --logdir {folder}")
     terminal.say(f"one page to read or to send: hebbtorch report {folder}")

@@ -42,7 +42,7 @@ def closed_loop(setting: Setting, shape: str, controller: Controller) -> list[Ro
     """Robots under networks within the simulator's kernel."""
     baseline, target = _CLOSED[shape, controller]
     robots = ClosedLoop(shape, controller, setting.worlds, setting.seed)
-    sizes = "-".join(map(str, robots.brain.network.sizes))
+    sizes = "-".join(map(str, robots.loop.network.sizes))
     what = f"closed loop, {shape}, high, {controller} {sizes}, {setting.worlds} worlds"
     return [Row(what, _UNIT, tuple(rates(robots, setting)), baseline=baseline, target=target)]
 

@@ -63,7 +63,7 @@ def memory(setting: Setting) -> list[Row]:
     """Bytes of all tensors that grow with the batch, over its worlds."""
     robots = ClosedLoop(BIPED, "hebbian", setting.worlds, setting.seed)
     state, lists, ground, _, _ = robots.sim.kernel_tensors(robots.sim.program)
-    tensors = (state, lists, ground, robots.brain.items)
+    tensors = (state, lists, ground, robots.loop.items)
     total = sum(tensor.numel() * tensor.element_size() for tensor in tensors)
     what = f"memory of a world, {BIPED}, high, hebbian"
     return [Row(what, "kB", (total / setting.worlds / 1e3,), False, target=_MEMORY)]

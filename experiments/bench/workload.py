@@ -78,11 +78,11 @@ class ClosedLoop:
         draws = torch.Generator().manual_seed(seed)
         genomes = 2 * torch.rand(GAITS, network.n_genes, generator=draws) - 1
         network.set_genomes(genomes[torch.arange(n_worlds) % GAITS])
-        self.brain = fused.pack(self.sim, network, network.initial_state())
+        self.loop = fused.pack(self.sim, network, network.initial_state())
 
     def stretch(self, steps: int) -> Callable[[], object]:
         """See `Workload`."""
-        return partial(self.brain.run, self.sim, steps)
+        return partial(self.loop.run, self.sim, steps)
 
 
 class OwnModule:

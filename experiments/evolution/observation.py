@@ -213,7 +213,7 @@ class _Watch:
             sample[f"update_mean_abs/layer{k}"] = (new - old).abs().mean(1)
             sample[f"drift_from_birth/layer{k}"] = (new - first).abs().mean(1)
             sample[f"sign_changes/layer{k}"] = (new * old < 0).float().mean(1)
-        if isinstance(self._episode.loop, fused.Brain) and self._terms is not None:
+        if isinstance(self._episode.loop, fused.FusedLoop) and self._terms is not None:
             activations = self._episode.loop.activations()
             self._terms.add(activations)
             for k, layer in enumerate(activations[1:]):

@@ -22,7 +22,7 @@ _said: set[str] = set()  # reasons for the torch loop that were given
 class TorchLoop:
     """The control loop through PyTorch, for any network that is called as hebbtorch's are.
 
-    It is the plain form of `fused.Brain`, which has the same methods.
+    It is the plain form of `fused.FusedLoop`, which has the same methods.
     """
 
     def __init__(self, sim: Simulator, network: Controller, state: hebbtorch.State) -> None:
@@ -51,7 +51,7 @@ class TorchLoop:
         return self._state
 
 
-ControlLoop = fused.Brain | TorchLoop
+ControlLoop = fused.FusedLoop | TorchLoop
 
 
 def control_loop(

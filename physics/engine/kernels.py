@@ -102,16 +102,16 @@ def play(program: Program) -> Kernel:
 
 
 def closed_loop(program: Program, controller: Callable[..., Any]) -> Kernel:
-    """A kernel that runs whole stretches of life with the controller inside.
+    """A kernel that runs many control steps with the controller inside.
 
     Args:
         program: what it is compiled for.
-        controller: a Taichi function ``(S, brain, m, T)`` that reads the readings from
+        controller: a Taichi function ``(S, net, m, T)`` that reads the readings from
             ``S[m.reading_block + r]`` and calls ``actuation.receive`` for every voxel;
-            ``brain`` is a tensor (groups, items, lanes) of its own.
+            ``net`` is a tensor (groups, items, lanes) of its own.
 
     Returns:
-        ``kernel(S, lists, terrain, mi, mf, brain, steps, first, count, chunks)``, which takes so
+        ``kernel(S, lists, terrain, mi, mf, net, steps, first, count, chunks)``, which takes so
         many control steps; the groups and chunks as in `play`.
     """
     backend.start(program.device)
@@ -124,7 +124,7 @@ def closed_loop(program: Program, controller: Callable[..., Any]) -> Kernel:
         terrain: T.scalars(3),  # type: ignore[valid-type]
         mi: backend.integers(1),  # type: ignore[valid-type]
         mf: T.scalars(1),  # type: ignore[valid-type]
-        brain: T.array,  # type: ignore[name-defined]
+        net: T.array,  # type: ignore[name-defined]
         steps: ti.i32,
         first: ti.i32,
         count: ti.i32,
@@ -139,7 +139,7 @@ def closed_loop(program: Program, controller: Callable[..., Any]) -> Kernel:
                         (
                             T.group(S, g, m.items),
                             T.lists(lists, g),
-                            T.group(brain, g, T.items(brain, S, m.items)),
+                            T.group(net, g, T.items(net, S, m.items)),
                         )
                     )
                     if ti.static(T.narrow):

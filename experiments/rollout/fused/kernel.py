@@ -46,28 +46,28 @@ def synapse_items(plastic: bool, features: Features) -> int:
 
 
 @ti.func
-def _integer(brain: ti.template(), item):
+def _integer(net: ti.template(), item):
     """An integer kept in the row; it is the same in every lane."""
-    return ti.cast(brain[item][0], ti.i32)
+    return ti.cast(net[item][0], ti.i32)
 
 
 @ti.func
-def _weighted_sum(brain: ti.template(), row, stride, pre, n_in, F: ti.template(), T: ti.template()):
+def _weighted_sum(net: ti.template(), row, stride, pre, n_in, F: ti.template(), T: ti.template()):
     """The input of one neuron, its bias excepted."""
     total = T.vec(0.0)
     for i in range(n_in):
         if ti.static(F.fixed):
-            synapse = brain.at[row + stride * i]
+            synapse = net.at[row + stride * i]
             acting = synapse[FIXED] + synapse[ALPHA] * synapse[W]
-            total += acting * brain[pre + i]
+            total += acting * net[pre + i]
         else:
-            total += brain[row + stride * i] * brain[pre + i]
+            total += net[row + stride * i] * net[pre + i]
     return total
 
 
 @ti.func
 def _update_row(
-    brain: ti.template(),
+    net: ti.template(),
     row,
     pre,
     n_in,
@@ -86,8 +86,8 @@ def _update_row(
     greatest = T.vec(0.0)
     items = ti.static(synapse_items(True, F))
     for i in range(n_in):
-        synapse = brain.at[row + items * i]
-        x = brain[pre + i]
+        synapse = net.at[row + items * i]
+        x = net[pre + i]
         # Eq. (3), factored as y (A x + C) + (B x + D)
         change = y * (synapse[A] * x + synapse[C]) + (synapse[B] * x + synapse[D])
         w = synapse[W]
@@ -105,39 +105,39 @@ def _update_row(
 
 
 @ti.func
-def _divide(brain: ti.template(), row, count, divisor, F: ti.template(), T: ti.template()):
+def _divide(net: ti.template(), row, count, divisor, F: ti.template(), T: ti.template()):
     """Divides so many weights from a place on."""
     items = ti.static(synapse_items(True, F))
     for i in range(count):
-        synapse = brain.at[row + items * i]
+        synapse = net.at[row + items * i]
         synapse[W] = synapse[W] / divisor
 
 
 @ti.func
-def _stretch_row(brain: ti.template(), row, n_in, alive, F: ti.template(), T: ti.template()):
+def _stretch_row(net: ti.template(), row, n_in, alive, F: ti.template(), T: ti.template()):
     """Maps the incoming weights of one neuron onto [-1, 1], in the lanes that learn."""
     items = ti.static(synapse_items(True, F))
-    low, high = brain[row], brain[row]
+    low, high = net[row], net[row]
     for i in range(1, n_in):
-        w = brain[row + items * i]
+        w = net[row + items * i]
         low = ti.min(low, w)
         high = ti.max(high, w)
     span = high - low
     zero, one = T.vec(0.0), T.vec(1.0)
     for i in range(n_in):
-        synapse = brain.at[row + items * i]
+        synapse = net.at[row + items * i]
         w = synapse[W]
         spread = (w - low) / ti.select(span > zero, span, one) * T.f(2.0) - one
         synapse[W] = ti.select((span > zero) & alive, spread, w)
 
 
 @ti.func
-def _mean(brain: ti.template(), window, neurons, k, step, average, T: ti.template()):
+def _mean(net: ti.template(), window, neurons, k, step, average, T: ti.template()):
     """The mean of neuron k over the last steps, the present one in its place of the ring."""
     lived = ti.min(step, average)
     total = T.vec(0.0)
     for back in range(lived):
-        total += brain[window + ((step - lived + 1 + back) % average) * neurons + k]
+        total += net[window + ((step - lived + 1 + back) % average) * neurons + k]
     return total / ti.cast(lived, T.f)
 
 
@@ -147,32 +147,32 @@ def kernel(features: Features, program: Program) -> Kernel:
     F = features
 
     @ti.func
-    def think(S: ti.template(), brain: ti.template(), m: ti.template(), T: ti.template()):
+    def think(S: ti.template(), net: ti.template(), m: ti.template(), T: ti.template()):
         """Readings -> network -> actuation of the next step, and one plastic update (Eq. 1, 3).
 
         A row of weights is updated as soon as its neuron is known: no other neuron of this step
         reads that row again, so all layers still act under the weights of before the update.
         """
-        layers = _integer(brain, LAYERS)
-        stride = _integer(brain, STRIDE)
-        plastic = _integer(brain, PLASTIC)
-        normalize = _integer(brain, NORMALIZE)
-        readings = _integer(brain, READINGS)
+        layers = _integer(net, LAYERS)
+        stride = _integer(net, STRIDE)
+        plastic = _integer(net, PLASTIC)
+        normalize = _integer(net, NORMALIZE)
+        readings = _integer(net, READINGS)
         alive = S[m.header + lay.H_ALIVE] > T.f(0.0)
         if ti.static(F.mask):
-            alive = alive & (brain[LEARNS] > T.f(0.0))
+            alive = alive & (net[LEARNS] > T.f(0.0))
         keep, clip = T.vec(1.0), T.vec(0.0)
         if ti.static(F.decay):
-            keep = brain[KEEP]
+            keep = net[KEEP]
         if ti.static(F.clip):
-            clip = brain[CLIP]
+            clip = net[CLIP]
         neurons = 0
         for layer in range(layers + 1):
-            neurons += _integer(brain, SIZES + layer)
+            neurons += _integer(net, SIZES + layer)
         first = SIZES + layers + 1
         pre = first
         row = pre + neurons
-        n_in = _integer(brain, SIZES)
+        n_in = _integer(net, SIZES)
         mean_shift, bias, window, step, average = 0, 0, 0, 0, 1
         if ti.static(F.average):
             mean_shift = neurons
@@ -181,13 +181,13 @@ def kernel(features: Features, program: Program) -> Kernel:
             bias = row
             row += neurons - n_in
         if ti.static(F.average or F.every):
-            step = _integer(brain, STEP) + 1
-            brain[STEP] = brain[STEP] + T.vec(1.0)
+            step = _integer(net, STEP) + 1
+            net[STEP] = net[STEP] + T.vec(1.0)
         if ti.static(F.every):  # noqa: SIM102
-            if step % _integer(brain, EVERY) != 0:
+            if step % _integer(net, EVERY) != 0:
                 plastic = 0
         if ti.static(F.average):
-            average = _integer(brain, AVERAGE)
+            average = _integer(net, AVERAGE)
             window = row
             row += average * neurons
         for i in range(readings):
@@ -197,52 +197,52 @@ def kernel(features: Features, program: Program) -> Kernel:
             if ti.static(F.constant_last_input):  # noqa: SIM102
                 if i == readings - 1:
                     value = T.vec(1.0)
-            brain[pre + i] = value
+            net[pre + i] = value
         if ti.static(F.average):
             for i in range(n_in):
-                brain[window + (step % average) * neurons + i] = brain[pre + i]
-                brain[pre + mean_shift + i] = _mean(brain, window, neurons, i, step, average, T)
+                net[window + (step % average) * neurons + i] = net[pre + i]
+                net[pre + mean_shift + i] = _mean(net, window, neurons, i, step, average, T)
         for layer in range(layers):
-            n_out = _integer(brain, SIZES + layer + 1)
+            n_out = _integer(net, SIZES + layer + 1)
             post = pre + n_in
             begin = row
             greatest = T.vec(0.0)
             for j in range(n_out):
-                total = _weighted_sum(brain, row, stride, pre, n_in, F, T)
+                total = _weighted_sum(net, row, stride, pre, n_in, F, T)
                 if ti.static(F.bias):
-                    total += brain[bias + j]
+                    total += net[bias + j]
                 y = tanh(total, T)
-                brain[post + j] = y
+                net[post + j] = y
                 if ti.static(F.average):
                     k = post - first + j
-                    brain[window + (step % average) * neurons + k] = y
-                    y = _mean(brain, window, neurons, k, step, average, T)
-                    brain[post + mean_shift + j] = y
+                    net[window + (step % average) * neurons + k] = y
+                    y = _mean(net, window, neurons, k, step, average, T)
+                    net[post + mean_shift + j] = y
                 if plastic != 0:
                     squares, row_max = _update_row(
-                        brain, row, pre + mean_shift, n_in, y, alive, keep, clip, F, T
+                        net, row, pre + mean_shift, n_in, y, alive, keep, clip, F, T
                     )
                     if ti.static(F.maximum):
                         greatest = ti.max(greatest, row_max)
                     if normalize == L2:
                         norm = ti.select((squares > T.f(0.0)) & alive, ti.sqrt(squares), T.vec(1.0))
-                        _divide(brain, row, n_in, norm, F, T)
+                        _divide(net, row, n_in, norm, F, T)
                     if normalize == MINMAX:
-                        _stretch_row(brain, row, n_in, alive, F, T)
+                        _stretch_row(net, row, n_in, alive, F, T)
                 row += stride * n_in
             if ti.static(F.maximum):  # noqa: SIM102
                 if plastic != 0:
                     divisor = ti.select((greatest > T.f(0.0)) & alive, greatest, T.vec(1.0))
-                    _divide(brain, begin, n_in * n_out, divisor, F, T)
+                    _divide(net, begin, n_in * n_out, divisor, F, T)
             if ti.static(F.bias):
                 bias += n_out
             pre = post
             n_in = n_out
         for v in range(m.voxels):
-            actuation.receive(S, m, v, brain[pre + v], T)
+            actuation.receive(S, m, v, net[pre + v], T)
         if ti.static(F.recurrent):
-            hidden = _integer(brain, SIZES + 1)
+            hidden = _integer(net, SIZES + 1)
             for j in range(hidden):
-                brain[first + readings + j] = brain[first + readings + hidden + j]
+                net[first + readings + j] = net[first + readings + hidden + j]
 
     return kernels.closed_loop(program, think)

@@ -18,14 +18,14 @@ def remember(S: ti.template(), m: ti.template(), T: ti.template()):
     for v in range(m.voxels):
         for b in range(4):
             body = S.at[v * lay.VOXEL_ITEMS + b * lay.BODY_ITEMS]
-            before = S.at[m.landing_block + (4 * v + b) * lay.LANDING_ITEMS]
-            before[lay.LA_X] = body[lay.X]
-            before[lay.LA_Y] = body[lay.Y]
-            before[lay.LA_ANGLE] = body[lay.ANGLE]
+            before = S.at[m.continuous_block + (4 * v + b) * lay.CONTINUOUS_ITEMS]
+            before[lay.CC_X] = body[lay.X]
+            before[lay.CC_Y] = body[lay.Y]
+            before[lay.CC_ANGLE] = body[lay.ANGLE]
             pairs = lay.PAIRS + b * lay.PAIRS_PER_BODY * lay.PAIR_ITEMS
             pair = S.at[v * lay.VOXEL_ITEMS + pairs]
             key = pair[lay.PA_KEY] + pair[lay.PAIR_ITEMS + lay.PA_KEY]
-            before[lay.LA_STOOD] = ti.select(key > T.f(0.0), T.vec(1.0), T.vec(0.0))
+            before[lay.CC_STOOD] = ti.select(key > T.f(0.0), T.vec(1.0), T.vec(0.0))
 
 
 @ti.func
@@ -42,12 +42,12 @@ def set_back(S: ti.template(), lists: ti.template(), m: ti.template(), T: ti.tem
         body = S.at[place]
         voxel = place // lay.VOXEL_ITEMS
         number = 4 * voxel + (place - voxel * lay.VOXEL_ITEMS) // lay.BODY_ITEMS
-        before = S.at[m.landing_block + number * lay.LANDING_ITEMS]
-        new = before[lay.LA_STOOD] == zero
+        before = S.at[m.continuous_block + number * lay.CONTINUOUS_ITEMS]
+        new = before[lay.CC_STOOD] == zero
         if any_lane(new, T):
-            dx = body[lay.X] - before[lay.LA_X]
-            dy = body[lay.Y] - before[lay.LA_Y]
-            turn = body[lay.ANGLE] - before[lay.LA_ANGLE]
+            dx = body[lay.X] - before[lay.CC_X]
+            dy = body[lay.Y] - before[lay.CC_Y]
+            turn = body[lay.ANGLE] - before[lay.CC_ANGLE]
             back = _way_back(pair, body, new, dx, dy, turn, T)
             lands = back < zero
             if any_lane(lands, T):
@@ -55,7 +55,7 @@ def set_back(S: ti.template(), lists: ti.template(), m: ti.template(), T: ti.tem
                 sink = T.f(material.LINEAR_TOLERANCE)
                 nx, ny = pair[lay.PA_NX], pair[lay.PA_NY]
                 move(body, lands, dx * back - nx * sink, dy * back - ny * sink, turn * back, T)
-                before[lay.LA_STOOD] = ti.select(lands, one, before[lay.LA_STOOD])
+                before[lay.CC_STOOD] = ti.select(lands, one, before[lay.CC_STOOD])
     return landed
 
 

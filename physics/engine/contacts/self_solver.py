@@ -1,7 +1,8 @@
 """Contacts between squares of one robot: accumulated, clamped impulses on both.
 
-Works on the meetings that ``meetings.detect`` listed, as ``contacts`` does on those with the
-ground. In lanes without the contact the effective masses are zero, so every impulse is zero.
+Works on the self-contacts that ``self_detection.detect`` listed, as ``ground_solver`` does on those
+with the ground. In lanes without the contact the effective masses are zero, so that every impulse
+is zero.
 """
 
 from physics.backend import ti
@@ -16,40 +17,43 @@ _HUGE = 1e30  # more than any impulse
 @ti.func
 def prepare(S: ti.template(), lists: ti.template(), m: ti.template(), T: ti.template()):
     """Target velocities of the bounces, from the velocities before any warm start."""
-    for n in range(lists[lay.L_MEETINGS]):
-        meeting = S.at[m.meeting_block + lay.MEETING_ITEMS * n]
-        entry = m.meeting_list + lay.MEETING_ENTRY * n
+    for n in range(lists[lay.L_SELF_CONTACTS]):
+        self_contact = S.at[m.self_contact_block + lay.SELF_CONTACT_ITEMS * n]
+        entry = m.self_contact_list + lay.SELF_CONTACT_ENTRY * n
         body1, body2 = S.at[lists[entry + 1]], S.at[lists[entry + 2]]
-        nx, ny = meeting[lay.ME_NX], meeting[lay.ME_NY]
+        nx, ny = self_contact[lay.SC_NX], self_contact[lay.SC_NY]
         dx = body2[lay.VX] - body1[lay.VX]
         dy = body2[lay.VY] - body1[lay.VY]
         w1, w2 = body1[lay.W], body2[lay.W]
         for p in range(2):
-            point = lay.ME_POINTS + lay.MEETING_POINT_ITEMS * p
+            point = lay.SC_POINTS + lay.SELF_CONTACT_POINT_ITEMS * p
             arms = point + lay.MP_ARMS
-            turning = meeting[arms + lay.ARM_ITEMS + lay.AR_N] * w2 - meeting[arms + lay.AR_N] * w1
+            turning = (
+                self_contact[arms + lay.ARM_ITEMS + lay.AR_N] * w2
+                - self_contact[arms + lay.AR_N] * w1
+            )
             speed = (nx * dx + ny * dy) + turning
             bounces = speed < T.f(-material.RESTITUTION_SPEED)
             target = ti.select(bounces, speed * T.f(-material.RESTITUTION), T.vec(0.0))
-            meeting[point + lay.MP_TARGET] = target
-            meeting[point + lay.MP_JP] = T.vec(0.0)
+            self_contact[point + lay.MP_TARGET] = target
+            self_contact[point + lay.MP_JP] = T.vec(0.0)
 
 
 @ti.func
 def warm_start(S: ti.template(), lists: ti.template(), m: ti.template(), T: ti.template()):
     """Applies the impulses of the last step."""
-    for n in range(lists[lay.L_MEETINGS]):
-        meeting = S.at[m.meeting_block + lay.MEETING_ITEMS * n]
-        entry = m.meeting_list + lay.MEETING_ENTRY * n
+    for n in range(lists[lay.L_SELF_CONTACTS]):
+        self_contact = S.at[m.self_contact_block + lay.SELF_CONTACT_ITEMS * n]
+        entry = m.self_contact_list + lay.SELF_CONTACT_ENTRY * n
         for second in range(2):
             body = S.at[lists[entry + 1 + second]]
             sign = T.f(1.0) if second != 0 else T.f(-1.0)
-            nx, ny = meeting[lay.ME_NX] * sign, meeting[lay.ME_NY] * sign
+            nx, ny = self_contact[lay.SC_NX] * sign, self_contact[lay.SC_NY] * sign
             for p in range(2):
-                point = lay.ME_POINTS + lay.MEETING_POINT_ITEMS * p
+                point = lay.SC_POINTS + lay.SELF_CONTACT_POINT_ITEMS * p
                 arms = point + lay.MP_ARMS + lay.ARM_ITEMS * second
-                jn, jt = meeting[point + lay.MP_JN], meeting[point + lay.MP_JT]
-                turn = meeting[arms + lay.AR_N] * jn + meeting[arms + lay.AR_T] * jt
+                jn, jt = self_contact[point + lay.MP_JN], self_contact[point + lay.MP_JT]
+                turn = self_contact[arms + lay.AR_N] * jn + self_contact[arms + lay.AR_T] * jt
                 body[lay.VX] = body[lay.VX] + (nx * jn + ny * jt)
                 body[lay.VY] = body[lay.VY] + (ny * jn - nx * jt)
                 body[lay.W] = body[lay.W] + turn * sign
@@ -57,37 +61,37 @@ def warm_start(S: ti.template(), lists: ti.template(), m: ti.template(), T: ti.t
 
 @ti.func
 def solve_velocities(S: ti.template(), lists: ti.template(), m: ti.template(), T: ti.template()):
-    """One iteration: for each meeting the friction of its points, then their normal impulses."""
-    for n in range(lists[lay.L_MEETINGS]):
-        meeting = S.at[m.meeting_block + lay.MEETING_ITEMS * n]
-        entry = m.meeting_list + lay.MEETING_ENTRY * n
+    """One iteration: for each contact the friction of its points, then their normal impulses."""
+    for n in range(lists[lay.L_SELF_CONTACTS]):
+        self_contact = S.at[m.self_contact_block + lay.SELF_CONTACT_ITEMS * n]
+        entry = m.self_contact_list + lay.SELF_CONTACT_ENTRY * n
         body1, body2 = S.at[lists[entry + 1]], S.at[lists[entry + 2]]
-        nx, ny = meeting[lay.ME_NX], meeting[lay.ME_NY]
+        nx, ny = self_contact[lay.SC_NX], self_contact[lay.SC_NY]
         v1x, v1y, w1 = body1[lay.VX], body1[lay.VY], body1[lay.W]
         v2x, v2y, w2 = body2[lay.VX], body2[lay.VY], body2[lay.W]
         zero = T.vec(0.0)
         for k in range(4):
             friction = 1 - k // 2  # arms, masses and impulses: first normal, then tangential
-            point = lay.ME_POINTS + lay.MEETING_POINT_ITEMS * (k % 2)
+            point = lay.SC_POINTS + lay.SELF_CONTACT_POINT_ITEMS * (k % 2)
             arms = point + lay.MP_ARMS + lay.AR_N + friction
             ux = nx
             uy = ny
             least = zero
             most = T.vec(_HUGE)
-            target = meeting[point + lay.MP_TARGET]
+            target = self_contact[point + lay.MP_TARGET]
             if friction != 0:
                 ux = ny
                 uy = zero - nx
-                most = meeting[point + lay.MP_JN] * T.f(material.SELF_FRICTION)
+                most = self_contact[point + lay.MP_JN] * T.f(material.SELF_FRICTION)
                 least = zero - most
                 target = zero
-            a1, a2 = meeting[arms], meeting[arms + lay.ARM_ITEMS]
+            a1, a2 = self_contact[arms], self_contact[arms + lay.ARM_ITEMS]
             speed = (ux * (v2x - v1x) + uy * (v2y - v1y)) + (a2 * w2 - a1 * w1)
-            old = meeting[point + lay.MP_JN + friction]
-            total = old - meeting[point + lay.MP_MN + friction] * (speed - target)
+            old = self_contact[point + lay.MP_JN + friction]
+            total = old - self_contact[point + lay.MP_MN + friction] * (speed - target)
             total = ti.select(total > most, most, ti.select(total < least, least, total))
             change = total - old
-            meeting[point + lay.MP_JN + friction] = total
+            self_contact[point + lay.MP_JN + friction] = total
             px = ux * change
             py = uy * change
             v1x = v1x - px
@@ -112,32 +116,34 @@ def solve_positions(
     zero = T.vec(0.0)
     tolerance = T.f(material.LINEAR_TOLERANCE)
     off = live < live
-    for n in range(lists[lay.L_MEETINGS]):
-        meeting = S.at[m.meeting_block + lay.MEETING_ITEMS * n]
-        entry = m.meeting_list + lay.MEETING_ENTRY * n
+    for n in range(lists[lay.L_SELF_CONTACTS]):
+        self_contact = S.at[m.self_contact_block + lay.SELF_CONTACT_ITEMS * n]
+        entry = m.self_contact_list + lay.SELF_CONTACT_ENTRY * n
         body1, body2 = S.at[lists[entry + 1]], S.at[lists[entry + 2]]
-        nx, ny = meeting[lay.ME_NX], meeting[lay.ME_NY]
+        nx, ny = self_contact[lay.SC_NX], self_contact[lay.SC_NY]
         for p in range(2):
-            point = lay.ME_POINTS + lay.MEETING_POINT_ITEMS * p
-            mask = (live > T.f(0.0)) & (meeting[point + lay.MP_DEPTH] >= zero)
+            point = lay.SC_POINTS + lay.SELF_CONTACT_POINT_ITEMS * p
+            mask = (live > T.f(0.0)) & (self_contact[point + lay.MP_DEPTH] >= zero)
             if any_lane(mask, T):
-                r1x, r1y = _arm(body1, meeting, point + lay.MP_ARMS)
-                r2x, r2y = _arm(body2, meeting, point + lay.MP_ARMS + lay.ARM_ITEMS)
+                r1x, r1y = _arm(body1, self_contact, point + lay.MP_ARMS)
+                r2x, r2y = _arm(body2, self_contact, point + lay.MP_ARMS + lay.ARM_ITEMS)
                 dx = (body2[lay.X] - body1[lay.X]) + (r2x - r1x)
                 dy = (body2[lay.Y] - body1[lay.Y]) + (r2y - r1y)
-                separation = (dx * nx + dy * ny) - meeting[point + lay.MP_DEPTH]
+                separation = (dx * nx + dy * ny) - self_contact[point + lay.MP_DEPTH]
                 off = off | (mask & (separation < T.f(-3.0) * tolerance))
                 error = separation + tolerance
                 deepest = T.vec(-material.MAX_CORRECTION)
                 error = ti.select(error > zero, zero, ti.select(error < deepest, deepest, error))
                 a1 = (r1x * ny - r1y * nx) * T.f(1 / lay.GYRATION)
                 a2 = (r2x * ny - r2y * nx) * T.f(1 / lay.GYRATION)
-                old = meeting[point + lay.MP_JP]
+                old = self_contact[point + lay.MP_JP]
                 total = old - error * T.f(material.BAUMGARTE) / (T.f(2.0) + (a1 * a1 + a2 * a2))
                 total = ti.select(mask & (total > zero), total, ti.select(mask, zero, old))
                 change = total - old
-                meeting[point + lay.MP_JP] = total
-                moves = mask & (change != zero)  # most meetings are less deep than the tolerance
+                self_contact[point + lay.MP_JP] = total
+                moves = mask & (
+                    change != zero
+                )  # most self-contacts are less deep than the tolerance
                 sides = 2 if any_lane(moves, T) else 0
                 for second in range(sides):  # a loop, because it compiles the code of ``move`` once
                     body = S.at[lists[entry + 1 + second]]
@@ -152,8 +158,8 @@ def solve_positions(
 
 
 @ti.func
-def _arm(body: ti.template(), meeting: ti.template(), arms):
+def _arm(body: ti.template(), self_contact: ti.template(), arms):
     """An arm in the body's frame, along the world's axes."""
     c, s = body[lay.COS], body[lay.SIN]
-    x, y = meeting[arms + lay.AR_X], meeting[arms + lay.AR_Y]
+    x, y = self_contact[arms + lay.AR_X], self_contact[arms + lay.AR_Y]
     return c * x - s * y, s * x + c * y

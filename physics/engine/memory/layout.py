@@ -3,8 +3,8 @@
 The state of a group is one row of items, each item a vector with a lane per world:
 
     V voxel blocks (VOXEL_ITEMS each) | header | welds | terrain window | rings | readings
-    | meetings | meetings of the last step | bounds of voxels     (with self-collision)
-    | landings                                                   (with continuous detection)
+    | self-contacts | self-contacts of the last step | bounds of voxels     (with self-collision)
+    | continuous                                                   (with continuous detection)
     | commands that wait                                         (with a control delay)
 
 Inside a voxel block all offsets are constants; a body (one of the four squares of a voxel) is
@@ -58,26 +58,26 @@ POINT_ITEMS = 13
 PAIR_ITEMS = PA_POINTS + 2 * POINT_ITEMS
 PAIRS_PER_BODY = 2  # even and odd terrain segments
 
-# A meeting: two squares of the robot that overlap, with up to two points. KEY names the edges (0:
-# no contact). A point: depth [m] (negative: none), effective masses and impulses (normal,
+# A self-contact: two squares of the robot that overlap, with up to two points. KEY names the
+# edges (0: no contact). A point: depth [m] (negative: none), effective masses and impulses (normal,
 # tangential), target velocity of the bounce, impulse of the position stage; for each body the arm
 # in its frame [m] and the lever arms / GYRATION along normal and tangent.
-ME_NX, ME_NY, ME_KEY = range(3)
-ME_POINTS = 3
+SC_NX, SC_NY, SC_KEY = range(3)
+SC_POINTS = 3
 MP_DEPTH, MP_MN, MP_MT, MP_JN, MP_JT, MP_TARGET, MP_JP = range(7)
 MP_ARMS = 7
 AR_X, AR_Y, AR_N, AR_T = range(4)
 ARM_ITEMS = 4
-MEETING_POINT_ITEMS = MP_ARMS + 2 * ARM_ITEMS
-MEETING_ITEMS = ME_POINTS + 2 * MEETING_POINT_ITEMS
-MEETING_ENTRY = 3  # its integers: number of the pair, offsets of its bodies
-MEMORY_ITEMS = 5  # of a meeting of the last step: key, two impulses per point
+SELF_CONTACT_POINT_ITEMS = MP_ARMS + 2 * ARM_ITEMS
+SELF_CONTACT_ITEMS = SC_POINTS + 2 * SELF_CONTACT_POINT_ITEMS
+SELF_CONTACT_ENTRY = 3  # its integers: number of the pair, offsets of its bodies
+MEMORY_ITEMS = 5  # of a self-contact of the last step: key, two impulses per point
 BOUND_ITEMS = 4  # of a voxel: least x and y, greatest x and y of its squares' centres
 # A body before it moved: centre [m], angle [rad], 1 if it touched the ground else 0.
-LA_X, LA_Y, LA_ANGLE, LA_STOOD = range(4)
-LANDING_ITEMS = 4
+CC_X, CC_Y, CC_ANGLE, CC_STOOD = range(4)
+CONTINUOUS_ITEMS = 4
 
-MEETINGS_PER_VOXEL = 2  # that a world can hold
+SELF_CONTACTS_PER_VOXEL = 2  # that a world can hold
 
 # A voxel block.
 BODIES = 0
@@ -110,7 +110,7 @@ SE_X, SE_Y, SE_TX, SE_TY, SE_LENGTH, SE_END = range(6)
 SEGMENT_ITEMS = 6
 
 # The integer row of a group: three counters, then lists.
-L_CONTACTS, L_ROPES, L_MEETINGS, L_LISTS = range(4)
+L_CONTACTS, L_ROPES, L_SELF_CONTACTS, L_LISTS = range(4)
 
 
 @dataclass(frozen=True)
@@ -119,8 +119,8 @@ class Layout:
 
     Attributes:
         voxels, welds, segments, ring_items, readings: sizes the offsets follow from.
-        meetings: of squares of the robot with each other that a group can hold.
-        landings: bodies whose landings are looked for: all or 0.
+        self_contacts: contacts of squares of the robot with each other that a world can hold.
+        continuous: bodies that continuous collision detection looks at: all or 0.
         delay: control steps for which commands are kept before they act.
     """
 
@@ -129,8 +129,8 @@ class Layout:
     segments: int
     ring_items: int
     readings: int
-    meetings: int
-    landings: int
+    self_contacts: int
+    continuous: int
     delay: int = 0
 
     @property
@@ -159,24 +159,24 @@ class Layout:
         return self.rings + self.ring_items
 
     @property
-    def meeting_block(self) -> int:
-        """First item of the meetings."""
+    def self_contact_block(self) -> int:
+        """First item of the self_contacts."""
         return self.reading_block + self.readings
 
     @property
-    def meeting_memory(self) -> int:
-        """First item of what is kept of the last step's meetings."""
-        return self.meeting_block + self.meetings * MEETING_ITEMS
+    def self_contact_memory(self) -> int:
+        """First item of what is kept of the last step's self_contacts."""
+        return self.self_contact_block + self.self_contacts * SELF_CONTACT_ITEMS
 
     @property
-    def meeting_bounds(self) -> int:
+    def self_contact_bounds(self) -> int:
         """First item of the bounds of voxels."""
-        return self.meeting_memory + self.meetings * MEMORY_ITEMS
+        return self.self_contact_memory + self.self_contacts * MEMORY_ITEMS
 
     @property
-    def landing_block(self) -> int:
-        """First item of the landings."""
-        return self.meeting_bounds + (self.voxels * BOUND_ITEMS if self.meetings else 0)
+    def continuous_block(self) -> int:
+        """First item of what continuous collision detection keeps."""
+        return self.self_contact_bounds + (self.voxels * BOUND_ITEMS if self.self_contacts else 0)
 
     @property
     def items(self) -> int:
@@ -186,7 +186,7 @@ class Layout:
     @property
     def delay_block(self) -> int:
         """First item of the commands that wait, the oldest first, voxel by voxel."""
-        return self.landing_block + self.landings * LANDING_ITEMS
+        return self.continuous_block + self.continuous * CONTINUOUS_ITEMS
 
     @property
     def contact_list(self) -> int:
@@ -204,19 +204,19 @@ class Layout:
         return self.contact_list_new + 2 * 4 * PAIRS_PER_BODY * self.voxels
 
     @property
-    def meeting_list(self) -> int:
-        """Meetings, MEETING_ENTRY integers each."""
+    def self_contact_list(self) -> int:
+        """Self-contacts, SELF_CONTACT_ENTRY integers each."""
         return self.rope_list + 3 * len(material.ROPES) * self.voxels
 
     @property
-    def meeting_list_old(self) -> int:
-        """Numbers of the meetings of the last step, and one place that may be read in vain."""
-        return self.meeting_list + MEETING_ENTRY * self.meetings
+    def self_contact_list_old(self) -> int:
+        """Numbers of the self-contacts of the last step, and one place that may be read in vain."""
+        return self.self_contact_list + SELF_CONTACT_ENTRY * self.self_contacts
 
     @property
     def list_items(self) -> int:
         """Integers of a whole group."""
-        return self.meeting_list_old + self.meetings + 1
+        return self.self_contact_list_old + self.self_contacts + 1
 
 
 def body_offset(body: int) -> int:

@@ -83,15 +83,15 @@ _SIZES = (
     "interval_table",
     "interval_steps",
     "noise_table",
-    "meeting_block",
-    "meeting_memory",
-    "meeting_bounds",
-    "meeting_list",
-    "meeting_list_old",
-    "meeting_limit",
+    "self_contact_block",
+    "self_contact_memory",
+    "self_contact_bounds",
+    "self_contact_list",
+    "self_contact_list_old",
+    "self_contact_limit",
     "pair_table",
     "voxel_pairs",
-    "landing_block",
+    "continuous_block",
     "items",
 )
 Sizes = ti.types.struct(**dict.fromkeys(_SIZES, ti.i32))
@@ -173,15 +173,15 @@ def build(
     reading_rows, rays, intervals, ring_items = _readings(apparatus)
     features = engine.features(morphology)
     pairs = _voxel_pairs(morphology) if features.self_collision else []
-    limit = lay.MEETINGS_PER_VOXEL * morphology.n_voxels
+    limit = lay.SELF_CONTACTS_PER_VOXEL * morphology.n_voxels
     layout = Layout(
         voxels=morphology.n_voxels,
         welds=len(morphology.welds),
         segments=segments,
         ring_items=ring_items,
         readings=apparatus.n_readings,
-        meetings=lanes * limit if pairs else 0,
-        landings=4 * morphology.n_voxels if features.continuous else 0,
+        self_contacts=lanes * limit if pairs else 0,
+        continuous=4 * morphology.n_voxels if features.continuous else 0,
         delay=conditions.control_delay,
     )
     springs = [(s.square1 * lay.BODY_ITEMS, s.square2 * lay.BODY_ITEMS) for s in material.SPRINGS]
@@ -215,15 +215,15 @@ def build(
         "interval_table": interval_table,
         "interval_steps": max_steps,
         "noise_table": F_RAYS + len(rays),
-        "meeting_block": layout.meeting_block,
-        "meeting_memory": layout.meeting_memory,
-        "meeting_bounds": layout.meeting_bounds,
-        "meeting_list": layout.meeting_list,
-        "meeting_list_old": layout.meeting_list_old,
-        "meeting_limit": limit,
+        "self_contact_block": layout.self_contact_block,
+        "self_contact_memory": layout.self_contact_memory,
+        "self_contact_bounds": layout.self_contact_bounds,
+        "self_contact_list": layout.self_contact_list,
+        "self_contact_list_old": layout.self_contact_list_old,
+        "self_contact_limit": limit,
         "pair_table": pair_table,
         "voxel_pairs": len(pairs),
-        "landing_block": layout.landing_block,
+        "continuous_block": layout.continuous_block,
         "items": layout.items,
     }
     rows = [*springs, *ropes, *welds, *reading_rows, *pairs]

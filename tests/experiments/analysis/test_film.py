@@ -7,17 +7,20 @@ import pytest
 import torch
 from PIL import Image
 
-from experiments.analysis.film import FilmOptions, film_run
+from experiments.analysis.comparison import film_beside
+from experiments.analysis.film import FilmOptions, draw_gait, film_run
 from experiments.analysis.trajectory import lidar_rays, record
 from experiments.analysis.unseen import reassess
 from experiments.config import EvolveConfig
 from experiments.rollout import controller
+from experiments.runs.archive import Archive
 from experiments.runs.champions import Champions
 from physics import Apparatus, Simulator
 from physics.scene.clock import steps_in
 from physics.scene.sensors import Sensor
 
 CONFIG = EvolveConfig(shape="biped-4x3", sensors="high", duration=1.0)
+TWO = dataclasses.replace(CONFIG, runs=2)
 
 
 def genome(seed=0, config=CONFIG):
@@ -30,7 +33,8 @@ def run(tmp_path):
     """The folder of a run of two champions."""
     folder = tmp_path / "run"
     folder.mkdir()
-    Champions(CONFIG, torch.stack([genome(0), genome(1)]), torch.tensor([2.0, 3.0])).save(folder)
+    genomes = torch.stack([genome(0), genome(1)])
+    Champions(TWO, genomes, torch.tensor([2.0, 3.0])).save(folder)
     return folder
 
 
@@ -108,8 +112,8 @@ def test_champions_of_two_runs_are_filmed_apart_and_repeatably(run):
     [
         ({"run": 2}, "run: expected 0 to 1, .* got 2"),
         ({"seconds": 0.0}, "seconds: expected a number > 0, got 0.0"),
-        ({"start": 1.5}, "start: expected a time within the life of 1.0 s, got 1.5"),
-        ({"start": -1.0}, "start: expected a time within the life"),
+        ({"start": 1.5}, "start: expected a time within the episode of 1.0 s, got 1.5"),
+        ({"start": -1.0}, "start: expected a time within the episode"),
     ],
 )
 def test_wrong_options_are_named_and_nothing_is_written(run, options, message):
@@ -125,3 +129,55 @@ def test_a_film_ends_where_the_simulation_fails(monkeypatch):
     assert times[-1] == pytest.approx(0.5)
     with pytest.raises(ValueError, match="before the simulation of this robot fails, got 0.6 s"):
         record(CONFIG, genome(), start=0.6, seconds=0.3)
+
+
+# --- side by side -------------------------------------------------------------------------------
+
+
+def test_robots_are_filmed_beside_each_other(run, tmp_path):
+    archive = Archive.empty(TWO, len(genome()))
+    population = torch.stack([genome(k) for k in range(4)]).unflatten(0, (2, 2))
+    archive.with_generation(1, population, torch.zeros(2, 2)).save(run)
+    others = ["damaged", "frozen", "generation-1"]
+    (film,) = film_beside(
+        run, others, out=tmp_path / "out", seconds=0.3, options=FilmOptions(gif="no", width=640)
+    )
+    assert film.name == "beside.mp4"
+    frames, _ = imageio_ffmpeg.count_frames_and_secs(str(film))
+    assert frames == 10
+    reader = imageio_ffmpeg.read_frames(str(film))
+    width, height = next(reader)["size"]
+    reader.close()
+    assert width == 640
+    assert height > 300  # two rows of two
+
+
+@pytest.mark.parametrize("other", ["generation-7", "generation-x", "nowhere"])
+def test_what_cannot_be_beside_is_named(run, other):
+    before = sorted(run.iterdir())
+    with pytest.raises(ValueError, match=f"beside: expected .*{other}"):
+        film_beside(run, [other], seconds=0.3)
+    assert sorted(run.iterdir()) == before
+
+
+def test_a_frozen_robot_goes_on_with_the_weights_it_has():
+    config = dataclasses.replace(CONFIG, eta=0.5)
+    options = {"every": 6, "weights_every": 0.1}
+    plastic = record(config, genome(), **options)
+    frozen = record(config, genome(), freeze_at=0.5, **options)
+    then = int(np.argmax(frozen.weight_times > 0.55))
+    for ours, theirs in zip(frozen.weights, plastic.weights, strict=True):
+        assert np.array_equal(ours[: then - 1], theirs[: then - 1])
+        assert (ours[then:] == ours[then]).all()
+        assert not (theirs[then:] == theirs[then]).all()
+
+
+def test_a_robot_that_stands_gets_one_picture():
+    moving = record(dataclasses.replace(CONFIG, eta=0.5), genome(), start=0.5, seconds=0.4)
+    still = dataclasses.replace(
+        moving,
+        poses=np.broadcast_to(moving.poses[:1], moving.poses.shape),
+        areas=np.ones_like(moving.areas),
+    )
+    pages = [draw_gait(course, "run 0") for course in (still, moving)]
+    assert pages[0].size[1] < 0.8 * pages[1].size[1]

@@ -99,10 +99,10 @@ def test_they_act_in_the_kernel_as_the_plastic_network_does(
     network, state = plastic_network(champions, snapshots)
     sim = worlds_of_test(snapshots)
     sim.reset()
-    brain = fused.pack(sim, network, state, plastic=False)
-    brain.run(sim, 1)
+    loop = fused.pack(sim, network, state, plastic=False)
+    loop.run(sim, 1)
     start, birth = sim.center_of_mass().double(), sim.time
-    brain.run(sim, steps_in(PLASTIC.duration) - 1)
+    loop.run(sim, steps_in(PLASTIC.duration) - 1)
     speed = (sim.center_of_mass().double() - start)[:, 0] / (sim.time - birth)
     assert torch.equal(act(PLASTIC, snapshots, TEST), speed.reshape(3, 2, 2))
 

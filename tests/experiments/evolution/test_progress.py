@@ -1,6 +1,9 @@
 """Plain progress lines, as in a log file."""
 
 import re
+import sys
+from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -104,3 +107,14 @@ def test_quiet_is_quiet(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out == ""
     terminal.say("again")
     assert capsys.readouterr().out == "again\n"
+
+
+def test_a_film_is_shown_in_a_notebook(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    shown: list[str] = []
+    display = SimpleNamespace(Image=lambda filename: filename, display=shown.append)
+    terminal.show_in_notebook(tmp_path / "a.gif")  # no notebook: nothing is imported
+    monkeypatch.setitem(sys.modules, "ipykernel", SimpleNamespace())
+    monkeypatch.setitem(sys.modules, "IPython.display", display)
+    for name in ("a.gif", "a.mp4"):
+        terminal.show_in_notebook(tmp_path / name)
+    assert shown == [str(tmp_path / "a.gif")]

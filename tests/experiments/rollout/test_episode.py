@@ -140,10 +140,10 @@ def test_a_narrow_program_for_the_last_worlds_changes_no_bit() -> None:
         networks = hebbtorch.HebbianMLP([sim.n_readings, 3, 2], population=(20,))
         genomes = torch.rand(20, networks.n_genes, generator=torch.Generator().manual_seed(5))
         networks.set_genomes(2 * genomes - 1)
-        brain = fused.pack(sim, networks, networks.initial_state())
+        loop = fused.pack(sim, networks, networks.initial_state())
         for steps in (100, 3, 60):
-            brain.run(sim, steps)
-        results.append((sim.mass_poses(), *brain.activations(), *brain.state().weights))
+            loop.run(sim, steps)
+        results.append((sim.mass_poses(), *loop.activations(), *loop.state().weights))
     assert all(torch.equal(*pair) for pair in zip(*results, strict=True))
     assert all(part.std(0).max() > 0 for part in results[0])
 
@@ -151,9 +151,9 @@ def test_a_narrow_program_for_the_last_worlds_changes_no_bit() -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda items: items[:1], r"brain: expected a tensor of shape \(groups=2"),
-        (lambda items: items.double(), "brain: expected torch.float32 in the order"),
-        (lambda items: items.mT.contiguous().mT, "brain: expected .* got .* with strides"),
+        (lambda items: items[:1], r"controller: expected a tensor of shape \(groups=2"),
+        (lambda items: items.double(), "controller: expected torch.float32 in the order"),
+        (lambda items: items.mT.contiguous().mT, "controller: expected .* got .* with strides"),
     ],
     ids=["other worlds", "another type", "another order"],
 )
@@ -161,10 +161,10 @@ def test_a_brain_for_other_worlds_is_refused(change: Any, message: str) -> None:
     """A kernel takes what it is given for what it was compiled for."""
     sim = Simulator("worm-2x1", None, 16, sensors="high", lanes=8)
     networks = hebbtorch.HebbianMLP([sim.n_readings, 2], population=(16,))
-    brain = fused.pack(sim, networks, networks.initial_state())
-    brain.run(sim, 1)
+    loop = fused.pack(sim, networks, networks.initial_state())
+    loop.run(sim, 1)
     with pytest.raises(ValueError, match=message):
-        replace(brain, items=change(brain.items)).run(sim, 1)
+        replace(loop, items=change(loop.items)).run(sim, 1)
 
 
 def test_frozen_in_the_middle_the_weights_stay_and_the_robot_goes_on(tiny: EvolveConfig) -> None:

@@ -51,7 +51,7 @@ def assert_loops_agree(network: Any, state: hebbtorch.State) -> None:
     assert fused.why_not(network, state) is None
     one, other = worlds(), worlds()
     kernel, plain = control_loop(one, network, state, "fused"), TorchLoop(other, network, state)
-    assert isinstance(kernel, fused.Brain)
+    assert isinstance(kernel, fused.FusedLoop)
     for steps in (STEPS // 2, STEPS - STEPS // 2):
         kernel.run(one, steps)
         plain.run(other, steps)
@@ -100,9 +100,9 @@ def test_interventions_and_a_mask_of_who_learns() -> None:
     )
     mask = torch.tensor([True, False, True])
     assert_loops_agree(network, state.freeze(~mask).drop("A"))
-    brain = fused.pack(sim, network, state, plastic=mask)
-    brain.run(sim, 5)
-    for old, new in zip(state.weights, brain.state().weights, strict=True):
+    loop = fused.pack(sim, network, state, plastic=mask)
+    loop.run(sim, 5)
+    for old, new in zip(state.weights, loop.state().weights, strict=True):
         assert torch.equal(old[1], new[1])
         assert not torch.equal(old[0], new[0])
 

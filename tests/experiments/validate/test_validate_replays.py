@@ -139,10 +139,10 @@ def static(genome: np.ndarray, sizes: tuple[int, int, int]) -> Callable[[np.ndar
 
 
 @pytest.mark.parametrize(
-    ("kind", "brain", "genes"), [("hlp", plastic, 4524), ("mlp", static, 1170)]
+    ("kind", "network", "genes"), [("hlp", plastic, 4524), ("mlp", static, 1170)]
 )
 def test_the_first_generation_is_replayed(
-    tmp_path: Path, kind: str, brain: Callable[..., Any], genes: int
+    tmp_path: Path, kind: str, network: Callable[..., Any], genes: int
 ) -> None:
     """The record is two lives of 0.6 s (longer ones are chaotic) under the controllers above."""
     name, grounds = f"gen0_biped-4x3_high_{kind}", ["hilly-3-30-1", "flat"]
@@ -157,7 +157,7 @@ def test_the_first_generation_is_replayed(
             dtype=torch.float64,
             engine=Engine(self_collision=True, continuous=True),  # as the real ones were recorded
         )
-        act = brain(genome, (29, 29, 10))
+        act = network(genome, (29, 29, 10))
         readings = sim.step(torch.zeros(1, 10))
         start = sim.center_of_mass()[0, 0].item()
         for _ in range(clock.steps_in(0.6) - 1):

@@ -29,7 +29,7 @@ from hebbtorch.state import Memory, intervened, memory_of
 from physics import Simulator
 from physics.backend import unpacked
 
-__all__ = ["Brain", "pack"]
+__all__ = ["FusedLoop", "pack"]
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class Layout:
 
 
 @dataclass(frozen=True)
-class Brain:
+class FusedLoop:
     """The networks of a batch of worlds, packed for the kernel.
 
     Attributes:
@@ -166,7 +166,7 @@ def pack(
     state: hebbtorch.State,
     *,
     plastic: bool | Tensor = True,
-) -> Brain:
+) -> FusedLoop:
     """Networks and their weights in the kernel's order.
 
     Args:
@@ -205,7 +205,7 @@ def pack(
     items = worlds.new_zeros(groups * sim.lanes, worlds.shape[1])
     items[: sim.n_worlds] = worlds
     items = unpacked(items.unflatten(0, (groups, sim.lanes)).movedim(1, -1), sim.lanes)
-    return Brain(items, network, state, layout)
+    return FusedLoop(items, network, state, layout)
 
 
 def _header(
