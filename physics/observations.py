@@ -84,6 +84,12 @@ class Observed:
         """The actuation in force, (N, V)."""
         return self._state.worlds(self._state.voxels(lay.ACTUATION)[:, :, 0])
 
+    def broken(self) -> Tensor:
+        """Which voxels are broken in the step to come, (N, V) bool."""
+        step = self._state.worlds(self._state.header(lay.H_STEP))[:, None]
+        span = self._state.worlds(self._state.voxels(lay.BREAKS, 2))
+        return (step >= span[..., 0]) & (step < span[..., 1])
+
     def readings(self) -> Tensor:
         """What the sensors read last, (N, R), noise included."""
         first = self._state.layout.reading_block
