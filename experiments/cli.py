@@ -149,7 +149,7 @@ def freeze(
     seed: int = 0,
     out: Path | None = None,
 ) -> None:
-    """Freeze the champions' weights at each second of a life, and see how they walk from then on.
+    """Assess champions with weights frozen at each second of an episode.
 
     For example:
         hebbtorch freeze runs/first
@@ -157,7 +157,7 @@ def freeze(
 
     Args:
         folder: Folder of the run.
-        terrains: Number of unseen terrains on which each snapshot lives.
+        terrains: Number of unseen terrains on which each snapshot is assessed.
         seed: Decides sensor noise and damage.
         out: CSV file to write; by default freeze.csv in the run's folder. A picture goes beside.
     """

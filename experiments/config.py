@@ -195,6 +195,10 @@ class EvolveConfig:
     """Ground. Without a seed, every evaluation gets a terrain of its own; with one
     ("hilly-3-30-7"), all share it. Also flat, steppy-H-W, uphill-A, downhill-A."""
 
+    optimizer: Literal["es", "cma", "sep-cma"] = option("es", "variant", label=lambda v: v.upper())
+    """Evolution strategy: es (the paper's Algorithm 1), or pycma's CMA-ES with a full covariance
+    matrix (cma) or its diagonal (sep-cma), which start around zero with step size --sigma."""
+
     sigma: float = option(
         0.35,
         "variant",

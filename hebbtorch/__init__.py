@@ -23,7 +23,7 @@ Source: Ferigo, Iacca, Medvet, Pigozzi, "Evolving Hebbian Learning Rules in Voxe
 Robots". Equation, section and algorithm numbers in this package are that paper's.
 """
 
-from hebbtorch.evolution_strategy import AskTell, EvolutionStrategy
+from hebbtorch.evolution_strategy import AskTell, EvolutionStrategy, ranking
 from hebbtorch.functional.bounds import l2_normalize, max_normalize, minmax_rescale
 from hebbtorch.functional.rules import RULES, LearningRule, Rule, abcd_update, bcm
 from hebbtorch.genome import Evolvable, GeneBlock
@@ -66,5 +66,6 @@ __all__ = [
     "l2_normalize",
     "max_normalize",
     "minmax_rescale",
+    "ranking",
     "rule_grid",
 ]

@@ -19,7 +19,7 @@ of its operations on vectors; the others abort the process in LLVM. Use on lane 
 comparisons, ``& | ~`` of masks, ``select``, ``max``, ``min``, ``sqrt``. Write ``0 - x`` for ``-x``,
 ``x = x - y`` for ``x -= y``, ``numerics.magnitude`` for ``abs``, ``numerics.any_lane`` for ``any``
 (which sees lane 0 alone, silently, as ``mask[lane]`` sees nothing); do casts, bits and libm
-functions lane by lane (``S[g, item][lane]``).
+functions lane by lane (``S[item][lane]``).
 """
 
 from __future__ import annotations
@@ -29,7 +29,6 @@ import io
 import os
 import threading
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import torch
@@ -39,13 +38,24 @@ from physics.compile_cache import cache_folder, some_home
 from physics.compiler_thread import CompilerThread
 
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
+os.environ.setdefault("ENABLE_QUADRANTS_HEADER_PRINT", "0")
 os.environ.setdefault("TI_ENABLE_PYBUF", "0")  # no kernel prints, and it tells that one could
 os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")  # it would ask a server on the internet
 
+# Upstream Taichi is no longer maintained; `quadrants` is its living fork, and gives the same bits.
+BACKENDS = ("taichi", "quadrants")
+NAME = os.environ.get("HEBBTORCH_BACKEND") or BACKENDS[0]
+if NAME not in BACKENDS:
+    raise ValueError(f"HEBBTORCH_BACKEND: expected {' or '.join(BACKENDS)}, got {NAME!r}")
+
 with some_home():
-    import taichi as ti
-    from taichi.lang import impl as _impl
-    from taichi.lang.ast.ast_transformer_utils import ASTTransformerContext as _Reader
+    if NAME == "quadrants":
+        import quadrants as ti
+        from quadrants.lang import impl as _impl
+    else:
+        import taichi as ti
+        from taichi.lang import impl as _impl
+        from taichi.lang.ast.ast_transformer_utils import ASTTransformerContext as _Reader
 
 # A CPU range-for of Taichi is never split below this many iterations, so a loop over chunks runs
 # as ``for q in range(GRAIN * chunks): if q % GRAIN == 0: ...  # chunk q // GRAIN``.
@@ -75,6 +85,11 @@ class _Process:
 
 
 _process = _Process()
+
+
+def _current_program() -> Any:
+    """The program that Taichi runs in this process, whoever started it; None without one."""
+    return getattr(_impl.get_runtime(), "prog" if NAME == "taichi" else "_prog")
 
 
 def start(device: str) -> None:
@@ -115,7 +130,7 @@ def _running(device: str) -> Any:
     if _process.program is None:
         _start(device)
     program = _process.program
-    if _impl.get_runtime().prog is not program:
+    if _current_program() is not program:
         raise ValueError(
             "taichi: expected to be the only user of Taichi in this process, but ti.init or "
             "ti.reset was called since, which destroyed the simulator's kernels; use Taichi in a "
@@ -125,7 +140,7 @@ def _running(device: str) -> Any:
 
 
 def _start(device: str) -> None:
-    if _impl.get_runtime().prog is not None:
+    if _current_program() is not None:
         raise ValueError(
             "taichi: expected to start Taichi, but ti.init was called in this process before, and "
             "a second one would destroy its fields; use Taichi in a process of its own"
@@ -134,7 +149,7 @@ def _start(device: str) -> None:
         _init(device)
     else:
         _process.compiler.run(lambda: _init(device))
-    _process.device, _process.program = device, _impl.get_runtime().prog
+    _process.device, _process.program = device, _current_program()
     _process.epoch += 1
     _process.pid = os.getpid()
 
@@ -158,6 +173,7 @@ def _init(device: str) -> None:
             log_level=ti.WARN,
             real_matrix_scalarize=device == "cuda",
             default_gpu_block_dim=32,
+            **({} if NAME == "taichi" else {"offline_cache_file_path": str(folder / NAME)}),
         )
     if device == "cuda" and _impl.current_cfg().arch != ti.cuda:  # it only warns of it
         ti.reset()
@@ -174,7 +190,7 @@ def _before_fork() -> None:
     """
     _process.lock.acquire()
     program = _process.program
-    if _process.device == "cpu" and program is not None and _impl.get_runtime().prog is program:
+    if _process.device == "cpu" and program is not None and _current_program() is program:
         _process.program = None
         del program
         _process.compiler.run(_stop)
@@ -234,7 +250,6 @@ class Program(NamedTuple):
         return items.view(-1, self.lanes)
 
 
-@dataclass(frozen=True)
 class Real:
     """The number type a kernel is built for.
 
@@ -248,13 +263,16 @@ class Real:
         on_gpu: whether it runs on a GPU.
     """
 
-    f: Any
-    vec: Any
-    lanes: int
-    places: int
-    double: bool
-    features: Features
-    on_gpu: bool
+    _data_oriented = True  # lets Taichi pass it on as it is
+
+    def __init__(self, program: Program) -> None:
+        self.double = program.dtype == torch.float64
+        self.f = ti.f64 if self.double else ti.f32
+        self.vec = ti.types.vector(program.lanes, self.f)
+        self.lanes = program.lanes
+        self.places = program.places
+        self.features = program.features
+        self.on_gpu = program.device == "cuda"
 
     @property
     def flags(self) -> Any:
@@ -329,15 +347,12 @@ def real(program: Program) -> Real:
     Raises:
         ValueError: its dtype is neither float32 nor float64.
     """
-    dtype, lanes, places, features, device = program
-    if dtype not in (torch.float32, torch.float64):
+    if program.dtype not in (torch.float32, torch.float64):
         raise ValueError(
-            f"dtype: expected torch.float32 or torch.float64, got {dtype}; choose one of these"
+            f"dtype: expected torch.float32 or torch.float64, got {program.dtype}; choose one of "
+            "these"
         )
-    double = dtype == torch.float64
-    f = ti.f64 if double else ti.f32
-    vec = ti.types.vector(lanes, f)
-    return Real(f, vec, lanes, places, double, features, device == "cuda")
+    return Real(program)
 
 
 class Kernel:
@@ -376,6 +391,9 @@ class Kernel:
 
     def _launch(self, *arguments: Tensor | int) -> None:
         program = _running(_process.device)
+        if NAME != "taichi":
+            _process.compiler.run(lambda: self._function(*arguments))
+            return
         if self._epoch != _process.epoch:
             if _process.device == "cpu":
                 _process.compiler.run(lambda: self._first_launch(*arguments))
@@ -469,8 +487,6 @@ class Group:
         self.at = _Blocks(array, address)
 
     def __getitem__(self, item: Any) -> Any:
-        if isinstance(item, tuple):  # [group, item], as some functions have it
-            item = item[1]
         return _impl.subscript(None, self._array, *self._address(item))
 
 

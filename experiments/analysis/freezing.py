@@ -1,7 +1,7 @@
 """True learning (paper, Sec. IV-B, Fig. 6 and 10): how do weights act once learning has stopped?
 
-A champion lives once on an unseen terrain, plastic as it is, and its weights are kept at every
-whole second. Each of these snapshots then lives anew on other unseen terrains, with weights that
+A champion acts once on an unseen terrain, plastic as it is, and its weights are kept at every
+whole second. Each of these snapshots then acts anew on other unseen terrains, with weights that
 stay as they are. A network that learned for good walks on; one that needs its plasticity falls
 back.
 """
@@ -43,7 +43,7 @@ class Freezing:
         title: what was frozen.
         terrains: names of S terrains.
         speeds: [m/s], shape (runs, seconds, S), float64, by the second at which the weights were
-            frozen, from 0, birth; NaN where the life failed.
+            frozen, from 0, the start; NaN where the episode failed.
     """
 
     title: str
@@ -115,13 +115,13 @@ class Freezing:
 
 
 def freeze(champions: Champions, n_terrains: int = FREEZING_TERRAINS, seed: int = 0) -> Freezing:
-    """Freeze champions at every whole second of a life, and let them live on.
+    """Freeze champions at every whole second of an episode, and assess them from then on.
 
     Args:
         champions: plastic ones, see `plastic_champions`; shape, sensors, damage and duration of
-            all lives are those of their evolution.
-        n_terrains: S, terrains on which each snapshot lives.
-        seed: decides noise, damage and the weights at birth.
+            all episodes are those of their evolution.
+        n_terrains: S, terrains on which each snapshot is assessed.
+        seed: decides noise, damage and the initial weights.
 
     Raises:
         ValueError: n_terrains is not a number of unseen terrains.
@@ -143,8 +143,8 @@ def report(folder: Path, n_terrains: int, seed: int, out: Path | None) -> None:
 
     Args:
         folder: of the run.
-        n_terrains: terrains on which each snapshot lives.
-        seed: decides noise, damage and the weights at birth.
+        n_terrains: terrains on which each snapshot is assessed.
+        seed: decides noise, damage and the initial weights.
         out: the CSV file; by default freeze.csv in the run's folder, with a longer name for other
             terrains than campaigns have. The picture has the same name, but ends in .png.
 
@@ -175,7 +175,7 @@ def report(folder: Path, n_terrains: int, seed: int, out: Path | None) -> None:
 
 
 def plastic_champions(folder: Path) -> Champions:
-    """The champions of a run, if their weights change during life.
+    """The champions of a run, if their weights change during an episode.
 
     Raises:
         ValueError: they do not, or the run cannot be read.
@@ -198,7 +198,7 @@ def training_and_test(
         config: of their evolution. Where its terrain is a full name, or flat, that one is met
             every time, with other noise and damage.
         n_terrains: number of the other terrains.
-        seed: decides noise, damage and the weights at birth.
+        seed: decides noise, damage and the initial weights.
 
     Raises:
         ValueError: n_terrains is less than 1, or too many.
@@ -216,12 +216,12 @@ def training_and_test(
 def learn(
     config: EvolveConfig, genomes: Tensor, seconds: range | list[float], training: Scenarios
 ) -> Weights:
-    """Weights of individuals at several times of one life.
+    """Weights of individuals at several times of one episode.
 
     Args:
         config: of their evolution.
         genomes: shape (K, G).
-        seconds: B times, ascending [s]; 0 is birth.
+        seconds: B times, ascending [s]; 0 is the start.
         training: the one scenario that all of them meet.
 
     Returns:
@@ -248,7 +248,7 @@ def act(
             in them, such as biases. Needed only for options that have it.
 
     Returns:
-        Speeds [m/s], shape (B, K, S), float64, NaN where the life failed.
+        Speeds [m/s], shape (B, K, S), float64, NaN where the episode failed.
     """
     n_snapshots = len(weights[0])
     shape = (*weights[0].shape[:-2], len(test))

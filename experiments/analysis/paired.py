@@ -1,8 +1,8 @@
 """Learning taken apart, in the course of evolution: the same champions on the same terrains while
-they learn, and with weights frozen at several times of a life.
+they learn, and with weights frozen at several times of an episode.
 
 Speeds are paired by terrain, noise and damage, so that nothing but plasticity differs. With weights
-frozen at 0 s a robot has what it was born with; what evolution makes innate shows there.
+frozen at 0 s a robot has what it starts with; what evolution makes innate shows there.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Pruning: which of the synapses that a life has formed does the gait need (paper, Sec. IV-C)?
+"""Pruning: which of the synapses that an episode has formed does the gait need (paper, Sec. IV-C)?
 
 The paper speculates that the weights that diverge contribute little, and could be pruned like
-those that lose a lottery. Here a champion lives once, plastic as it is; then a share of its
+those that lose a lottery. Here a champion acts once, plastic as it is; then a share of its
 synapses is set to zero, the largest, the smallest or some at random, and what is left acts with
 fixed weights on other unseen terrains.
 """
@@ -33,7 +33,7 @@ class Pruning:
     Attributes:
         terrains: names of S terrains.
         speeds: [m/s], shape (runs, kinds, fractions, S), float64, by `KINDS` and `FRACTIONS`;
-            NaN where the life failed.
+            NaN where the episode failed.
     """
 
     terrains: list[str]
@@ -52,13 +52,13 @@ class Pruning:
 
 
 def prune(champions: Champions, n_terrains: int = FREEZING_TERRAINS, seed: int = 0) -> Pruning:
-    """Prune the weights that champions have at the end of a life, and let them live on.
+    """Prune the weights that champions have at the end of an episode, and assess them from then on.
 
     Args:
         champions: plastic ones, see `freeze.plastic_champions`; shape, sensors, damage and
-            duration of all lives are those of their evolution.
-        n_terrains: S, terrains on which each pruned network lives.
-        seed: decides noise, damage, the weights at birth, and what is pruned at random.
+            duration of all episodes are those of their evolution.
+        n_terrains: S, terrains on which each pruned network is assessed.
+        seed: decides noise, damage, the initial weights, and what is pruned at random.
 
     Raises:
         ValueError: n_terrains is not a number of unseen terrains.

@@ -1,6 +1,6 @@
-"""What goes on within plastic champions during a life (paper, Sec. IV-C, Fig. 7 and 9).
+"""What goes on within plastic champions during an episode (paper, Sec. IV-C, Fig. 7 and 9).
 
-Each champion lives once on an unseen terrain while its weights, its neurons and its body are
+Each champion acts once on an unseen terrain while its weights, its neurons and its body are
 recorded. A run's folder gets two files:
 
 - inner_life.json: per run, how the weights, the neurons and the changes of weights are.
@@ -42,7 +42,7 @@ __all__ = [
 ]
 
 LAYERS = ("hidden", "output")
-_TIMES = (1 / 60, 1 / 4, 1.0)  # of a life: 1, 15 and 60 s of the paper's
+_TIMES = (1 / 60, 1 / 4, 1.0)  # of an episode: 1, 15 and 60 s of the paper's
 _LAST = 10.0  # [s] that are kept step by step
 _AVERAGED = 1.0  # [s] over which the changes of weights are averaged
 _BINS = 40  # of the histograms of activations, from -1 to 1
@@ -50,12 +50,12 @@ _BINS = 40  # of the histograms of activations, from -1 to 1
 
 @dataclass(frozen=True)
 class Recording:
-    """The lives of K champions; T control steps, of which the last L are kept in detail.
+    """The episodes of K champions; T control steps, of which the last L are kept in detail.
 
     Attributes:
         times: at which the weights were taken [s].
         weights: per layer, shape (K, times, out, in), float32.
-        histograms: of the activations over the whole life, shape (K, layers, 40), counts in
+        histograms: of the activations over the whole episode, shape (K, layers, 40), counts in
             equal bins from -1 to 1; layers are the hidden and the output one.
         activations: per layer, shape (K, L, neurons), float16.
         areas: of the voxels over those at rest, shape (K, L, V), float16.
@@ -104,7 +104,7 @@ class Recording:
 
 
 def times_of(duration: float) -> list[float]:
-    """When weights are looked at [s]: at 1/60, at a quarter and at the end of a life."""
+    """When weights are looked at [s]: at 1/60, at a quarter and at the end of an episode."""
     return [share * duration for share in _TIMES]
 
 
@@ -113,7 +113,7 @@ def write(folder: Path, seed: int = 0) -> Path:
 
     Args:
         folder: of the run.
-        seed: decides noise, damage and the weights at birth.
+        seed: decides noise, damage and the initial weights.
 
     Returns:
         The file inner_life.json, written last.
@@ -137,7 +137,7 @@ def write_random(folder: Path, seed: int = 0) -> Path:
 
     Args:
         folder: of the run.
-        seed: decides noise, damage and the weights at birth.
+        seed: decides noise, damage and the initial weights.
 
     Returns:
         The file random_genomes.json, like inner_life.json.
@@ -189,7 +189,7 @@ def observe(config: EvolveConfig, genomes: Tensor, training: Scenarios) -> Recor
 
 
 class _Recorder:
-    """Takes down K lives step by step; see `Recording`."""
+    """Takes down K episodes step by step; see `Recording`."""
 
     def __init__(self, networks: hebbtorch.HebbianMLP, sim: Simulator, duration: float) -> None:
         self.n_steps = sim.control_steps(duration)
@@ -243,7 +243,7 @@ class _Recorder:
 
 
 def describe(recording: Recording) -> list[dict[str, Any]]:
-    """The measures of each of the K lives, ready for JSON; see `dynamics` for what they are."""
+    """The measures of each of the K episodes, ready for JSON; see `dynamics` for what they are."""
     runs = []
     for run in range(len(recording.way)):
         at_times = [

@@ -53,7 +53,7 @@ def endured(run_folder: Path) -> Path:
 
 
 def frozen(run_folder: Path) -> Path:
-    """Champions with weights frozen at each second of a life: freeze.csv.
+    """Champions with weights frozen at each second of an episode: freeze.csv.
 
     Raises:
         ValueError: the run cannot be read, or its controllers are static.

@@ -268,7 +268,7 @@ def _window(duration: float, start: float | None, seconds: float | None) -> tupl
     if start is None:
         start = 0.0 if seconds is None else max(0.0, min(_DEFAULT_START, duration - seconds))
     if not 0 <= start < duration:
-        raise ValueError(f"start: expected a time within the life of {duration} s, got {start}")
+        raise ValueError(f"start: expected a time within the episode of {duration} s, got {start}")
     end = duration if seconds is None else min(duration, start + seconds)
     first = max(1, round(start / DT))
     return first, max(steps_in(end), first + 1)

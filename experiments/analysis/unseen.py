@@ -38,7 +38,7 @@ class Assessment:
         champions: of the run.
         config: the conditions that they met.
         scenarios: S of them.
-        speeds: [m/s], shape (runs, S), float64, NaN where the life failed.
+        speeds: [m/s], shape (runs, S), float64, NaN where the episode failed.
     """
 
     champions: Champions
@@ -79,7 +79,7 @@ def speeds_on(config: EvolveConfig, genomes: Tensor, scenarios: Scenarios) -> Te
         scenarios: S of them.
 
     Returns:
-        Speeds [m/s], shape (K, S), float64, NaN where the life failed. All K individuals meet
+        Speeds [m/s], shape (K, S), float64, NaN where the episode failed. All K individuals meet
         the same terrains, noise and damage.
     """
     n_individuals, n_scenarios = len(genomes), len(scenarios)
@@ -119,7 +119,7 @@ def assess(
         n_terrains: number of unseen terrains.
         terrain: kind of terrain; None for the run's.
         damage: "none" or "half"; None for the run's.
-        seed: decides noise, damage and the weights at birth.
+        seed: decides noise, damage and the initial weights.
 
     Raises:
         ValueError: an option is wrong, or the run cannot be read.
@@ -150,7 +150,7 @@ def report(
         n_terrains: number of unseen terrains.
         terrain: kind of terrain.
         damage: "none" or "half".
-        seed: decides noise, damage and the weights at birth.
+        seed: decides noise, damage and the initial weights.
         out: the CSV file, with columns run, terrain, damage, speed [m/s]; by default one in the
             run's folder, named after the conditions.
 

@@ -32,7 +32,7 @@ class Matrix:
         terrain_seeds: S of them; they decide noise and damage, and the ground where the kind of
             terrain leaves it open.
         speeds: [m/s], shape (runs, terrains, damages, S), float64, by `TERRAINS` and `DAMAGES`;
-            NaN where the life failed.
+            NaN where the episode failed.
     """
 
     terrain_seeds: list[int]
@@ -55,7 +55,7 @@ def validate(champions: Champions, seed: int = 0) -> Matrix:
 
     Args:
         champions: of any controller.
-        seed: decides noise, damage and the weights at birth.
+        seed: decides noise, damage and the initial weights.
     """
     terrain_seeds = seeds.unseen_terrain_seeds(_SEEDS)
     scenarios = reduce(add, (Scenarios.unseen(kind, terrain_seeds, seed) for kind in TERRAINS))

@@ -25,7 +25,7 @@ from experiments.bench.machine import Machine, available_cores
 from experiments.bench.profile import step_stages
 from experiments.bench.row import Row, Stage
 from experiments.bench.setting import Setting
-from experiments.bench.timing import Bystanders
+from experiments.bench.timing import OtherProcesses
 from experiments.files.outputs import make_room
 from physics import checks
 
@@ -146,9 +146,9 @@ def _measure(console: Console, setting: Setting) -> list[Row]:
     rounds = [*measurements().items()] * setting.passes + [*processes().items()]
     rows: dict[str, Row] = {}
     for number, (name, measure) in enumerate(rounds, start=1):
-        started, bystanders = time.perf_counter(), Bystanders()
+        started, other_processes = time.perf_counter(), OtherProcesses()
         measured = measure(setting)
-        others = bystanders.cores()
+        others = other_processes.cores()
         for row in measured:
             row = replace(row, others=others)
             rows[row.what] = rows[row.what].joined(row) if row.what in rows else row

@@ -113,8 +113,8 @@ def _step(
     if stages & _POSITIONS:
         step.solve_positions(S, lists, m, mi, T)
     if stages & _DETECT:
-        ground_detection.update_window(S, terrain, S.number, m, mf, T)
-        ground_detection.detect(S, lists, S.number, m, T)
+        ground_detection.update_window(S, terrain, m, mf, T)
+        ground_detection.detect(S, lists, m, T)
     if stages & _MOTION:
         step.mark_failures(S, m, T)
 

@@ -24,7 +24,7 @@ _ROUNDS = 16  # steps from the same state in one launch
 
 
 def step_stages(setting: Setting) -> list[Stage]:
-    """CPU time of each stage of a robot-step in the closed loop, at several moments of a life."""
+    """CPU time of each stage of a robot-step in the closed loop, at several moments."""
     robots = ClosedLoop(BIPED, "hebbian", setting.worlds, setting.seed)
     warm_up((robots,), setting)
     PartialStep(robots).run(sum(STAGES.values()))  # compiles

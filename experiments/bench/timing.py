@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-__all__ = ["Bystanders", "cpu_seconds", "cpu_seconds_each"]
+__all__ = ["OtherProcesses", "cpu_seconds", "cpu_seconds_each"]
 
 _STAT = Path("/proc/stat")
 _BUSY = (1, 2, 3, 6, 7)  # user, nice, system, irq, softirq in its first line
@@ -25,7 +25,7 @@ def cpu_seconds_each(prepare: Callable[[], Callable[[], object]], times: int) ->
     return [cpu_seconds(prepare()) for _ in range(times)]
 
 
-class Bystanders:
+class OtherProcesses:
     """How many cores the other processes of the machine take, from its making on."""
 
     def __init__(self) -> None:

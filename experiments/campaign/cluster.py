@@ -1,8 +1,9 @@
 """Conditions side by side on a Ray cluster: one trial of Ray Tune is one condition, all its seeds.
 
 Every worker writes an ordinary folder of a run into ROOT/conditions, which has to be on storage
-that all nodes share. A condition ends the same wherever it runs; what began on a cluster can be
-finished without. This module needs Ray.
+that all nodes share; `trial.ROOT_VARIABLE` is for nodes that have it in another place. A condition
+ends the same wherever it runs; what began on a cluster can be finished without. This module needs
+Ray.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from experiments.campaign.trial import ConditionTrial
 __all__ = ["connect", "run_on_ray"]
 
 _RETRIES = 2  # of a condition whose worker is lost
-_CHECKPOINT_STEPS = 6  # about a minute
+_FORMAT = "2"  # of what a trial is told
 
 
 def run_on_ray(campaign: Campaign, gpus: float) -> None:
@@ -80,9 +81,6 @@ def _run_trials(campaign: Campaign, todo: Sequence[Condition], gpus: float) -> d
                 name=experiment.name,
                 storage_path=str(experiment.parent),
                 failure_config=tune.FailureConfig(max_failures=_RETRIES),
-                checkpoint_config=tune.CheckpointConfig(
-                    checkpoint_frequency=_CHECKPOINT_STEPS, num_to_keep=1
-                ),
                 callbacks=[_Told(len(todo))],
                 verbose=0,
             ),
@@ -116,16 +114,18 @@ def _storage(campaign: Campaign) -> Path:
 
 def _experiment(campaign: Campaign) -> str:
     """A name for these conditions in this place: it is the same when the campaign goes on."""
-    text = "\n".join([str(_storage(campaign)), *sorted(campaign.conditions)])
+    text = "\n".join([_FORMAT, str(_storage(campaign)), *sorted(campaign.conditions)])
     return hashlib.blake2b(text.encode(), digest_size=6).hexdigest()
 
 
 def _options(campaign: Campaign, condition: Condition) -> dict[str, str]:
     """What a worker has to know."""
+    root = campaign.root.path.resolve()
     return {
         "name": condition.name,
-        "folder": str(campaign.root.condition(condition.name).resolve()),
-        "overview": str(campaign.root.overview(condition.name).resolve()),
+        "root": str(root),
+        "folder": str(campaign.root.condition(condition.name).resolve().relative_to(root)),
+        "overview": str(campaign.root.overview(condition.name).resolve().relative_to(root)),
         "options": condition.config.to_json(),
     }
 

@@ -32,7 +32,7 @@ _FIXED = 10_000
 
 
 def evaluations(config: EvolveConfig) -> int:
-    """Lives in an evolution, of all its runs."""
+    """Episodes in an evolution, of all its runs."""
     return config.runs * config.population * config.generations
 
 
@@ -65,7 +65,7 @@ def seconds_left(progress: Iterable[tuple[EvolveConfig, int, float]]) -> float |
 def seconds_per_robot_step(config: EvolveConfig) -> float:
     """Time of a robot-step in a batch as large as the evolution's, measured now [s].
 
-    It leaves out what comes between the lives, some hundredths of the whole.
+    It leaves out what comes between the episodes, some hundredths of the whole.
     """
     n = config.runs * config.population
     terrains = [Terrain.from_name(config.terrain, seed) for seed in range(min(n, _TERRAINS))]

@@ -40,7 +40,7 @@ class Scale:
     """Individuals per generation."""
 
     duration: float = 60.0
-    """Length of a life [s]."""
+    """Length of an episode [s]."""
 
     seed: int = 0
     """Everything random follows from it; run r of a condition has seed + r."""

@@ -27,7 +27,7 @@ class Estimate:
     Attributes:
         condition: with the options of the machine.
         standing: how far it is.
-        evaluations: lives, all in all.
+        evaluations: episodes, all in all.
         robot_steps: control steps of all robots, all in all.
         seconds: expected wall time of what is left [s].
         disk: expected size of the run's folder [bytes].

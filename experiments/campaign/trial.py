@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import math
+import os
 import time
 from pathlib import Path
 from typing import Any
@@ -17,31 +17,43 @@ from experiments.config import EvolveConfig
 from experiments.evolution.evolve import Session
 from experiments.runs.history import Row
 
-__all__ = ["ConditionTrial"]
+__all__ = ["ROOT_VARIABLE", "ConditionTrial"]
 
-_STANDING = "standing.json"
+ROOT_VARIABLE = "HEBBTORCH_CAMPAIGN_ROOT"
+"""Of the environment of a node: where it has the campaign's folder, if in another place than the
+node where the campaign was started."""
+_DECLARED = "campaign.json"
 _STEP = 10.0  # least time between reports to Ray [s]
 
 
 class ConditionTrial(tune.Trainable):
     """The evolution of one condition, all its seeds, in its ordinary folder.
 
-    The run's own checkpoint, replaced after every generation, is the truth: a worker goes on from
-    it, wherever the one before was lost. Ray's checkpoints only note how far it was.
+    The run's own checkpoint, replaced after every generation, is all that counts: a worker goes on
+    from it, wherever the one before was lost. Ray keeps none.
     """
 
     def setup(self, config: dict[str, Any]) -> None:
         """Begin, or go on.
 
         Args:
-            config: under "condition" the "folder" of the run and that of its "overview", on
-                storage that all workers share, and its "options" in JSON.
+            config: under "condition" the "root" of the campaign, in it the "folder" of the run and
+                that of its "overview", and its "options" in JSON.
+
+        Raises:
+            ValueError: the campaign is not there.
         """
         torch.set_num_threads(1)  # the simulator has threads of its own
         condition = config["condition"]
+        root = Path(os.environ.get(ROOT_VARIABLE) or condition["root"])
+        if not (root / _DECLARED).is_file():
+            raise ValueError(
+                f"campaign: expected {_DECLARED} in {str(root)!r} on this node, got none; mount "
+                f"the storage that all nodes share, or tell where it is with {ROOT_VARIABLE}"
+            )
         options = EvolveConfig.from_json(condition["options"])
         self._session: Session = open_session(
-            options, Path(condition["folder"]), Path(condition["overview"])
+            options, root / condition["folder"], root / condition["overview"]
         )
 
     def step(self) -> dict[str, Any]:
@@ -54,24 +66,6 @@ class ConditionTrial(tune.Trainable):
         if session.evolved:
             log_champion(session.folder, session.finish())
         return {**reached, "generation": session.generation, "done": session.evolved}
-
-    def save_checkpoint(self, checkpoint_dir: str) -> None:
-        """Note how far the run's folder is."""
-        text = json.dumps({"generation": self._session.generation})
-        Path(checkpoint_dir, _STANDING).write_text(text, encoding="utf-8")
-
-    def load_checkpoint(self, checkpoint: str) -> None:  # type: ignore[override]
-        """See that the run's folder is at least as far as noted.
-
-        Raises:
-            ValueError: it is not, as if the storage were not the same for all workers.
-        """
-        noted = json.loads(Path(checkpoint, _STANDING).read_text(encoding="utf-8"))["generation"]
-        if self._session.generation < noted:
-            raise ValueError(
-                f"folder: expected generation {noted} or later in {str(self._session.folder)!r}, "
-                f"got {self._session.generation}; is it on storage that all nodes share?"
-            )
 
     def cleanup(self) -> None:
         """Let other workers go on with the folder."""

@@ -9,10 +9,10 @@ from pathlib import Path
 
 from torch import Tensor
 
-import hebbtorch
 from experiments.config import EvolveConfig
 from experiments.evolution.metrics import measure
 from experiments.evolution.observation import Observer, is_filmed, is_observed, validation_tags
+from experiments.evolution.optimizers import optimizer_of
 from experiments.evolution.showing import show
 from experiments.rollout.episode import Outcome
 from experiments.rollout.evaluate import Evaluator
@@ -32,13 +32,7 @@ class Evolution:
     def __init__(self, config: EvolveConfig) -> None:
         self.config = config
         self.evaluator = Evaluator(config)
-        self.strategy = hebbtorch.EvolutionStrategy(
-            self.evaluator.n_genes,
-            population=config.population,
-            sigma=config.sigma,
-            runs=config.runs,
-            seed=config.seed,
-        )
+        self.strategy = optimizer_of(config, self.evaluator.n_genes)
 
 
 class Session:

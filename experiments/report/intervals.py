@@ -1,7 +1,7 @@
 """Medians and shifts of samples, with intervals that hold the true ones.
 
-A failed life (NaN) is worse than any speed: medians take it for minus infinity. Where a median or
-a bound would be minus infinity by that, it is NaN.
+A failed episode (NaN) is worse than any speed: medians take it for minus infinity. Where a median
+or a bound would be minus infinity by that, it is NaN.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def median_bounds(values: Values, *, alpha: float = ALPHA) -> Estimate:
     """Median with an interval that assumes nothing, from the order of the values.
 
     The k-th smallest and k-th largest value, where k is the most that a fair coin allows. Fewer
-    than six values leave the 95 % interval unbounded. A failed life counts for the worst of
+    than six values leave the 95 % interval unbounded. A failed episode counts for the worst of
     either bound.
 
     Args:
@@ -107,7 +107,7 @@ def median_bounds(values: Values, *, alpha: float = ALPHA) -> Estimate:
 
 
 def middle(values: Values) -> float:
-    """The median alone; NaN if it falls on a failed life."""
+    """The median alone; NaN if it falls on a failed episode."""
     return _or_nan(np.median(worst_first(values)))
 
 
@@ -116,7 +116,7 @@ def shift(first: Values, second: Values, *, alpha: float = ALPHA) -> Estimate:
 
     The value is the median of all differences between a value of the first and one of the second.
     The interval holds the shifts that the exact Mann-Whitney test does not reject at level alpha;
-    it is unbounded if the runs are too few for the test to reject anything. Where a failed life
+    it is unbounded if the runs are too few for the test to reject anything. Where a failed episode
     makes a difference undefined, the bounds take it for the worst.
 
     Args:

@@ -3,7 +3,7 @@
 The unit is the run: whatever was measured on a run's champion (ten terrains, say) becomes one
 number before it comes here, so that n counts what is independent.
 
-A failed life (NaN) is worse than any speed: it counts as minus infinity in ranks, medians and
+A failed episode (NaN) is worse than any speed: it counts as minus infinity in ranks, medians and
 intervals. Results that would be minus infinity come out as NaN.
 
 Few runs cannot be significant, however different they are: 3 against 3 can be ordered in 20 ways,

@@ -1,6 +1,6 @@
 """Where every random number of an experiment comes from.
 
-Seeds are derived, not drawn: each is a hash of the run's seed and of what it is for. A life
+Seeds are derived, not drawn: each is a hash of the run's seed and of what it is for. An episode
 therefore meets the same terrain, noise and damage whether it is evaluated alone, in a batch, or
 after a run was stopped and resumed.
 """

@@ -1,4 +1,4 @@
-"""The best individuals of an evolution, in one file that is enough to bring them back to life."""
+"""The best individuals of an evolution, in one file that is enough to evaluate them again."""
 
 from __future__ import annotations
 

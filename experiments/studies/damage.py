@@ -1,4 +1,4 @@
-"""Voxels that break at half of the life (paper, Fig. 5)."""
+"""Voxels that break at half of the episode (paper, Fig. 5)."""
 
 from experiments.campaign.grid import Grid
 from experiments.campaign.script import main

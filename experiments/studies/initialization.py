@@ -1,4 +1,4 @@
-"""Weights at birth (paper, Sec. IV-D)."""
+"""Initial weights (paper, Sec. IV-D)."""
 
 from experiments.campaign.grid import Grid
 from experiments.campaign.script import main
@@ -9,7 +9,7 @@ __all__ = ["STUDY"]
 
 STUDY = Study(
     name="initialization",
-    question="Does it matter whether weights are zero or random at birth?",
+    question="Does it matter whether weights are zero or random at the start?",
     grids=(Grid(axes={**ALL_BODIES, "init": ("zeros", "uniform")}),),
     figures=("initialization",),
 )

@@ -1,4 +1,4 @@
-"""Weights frozen at every second of a life (paper, Fig. 6)."""
+"""Weights frozen at every second of an episode (paper, Fig. 6)."""
 
 from experiments.campaign.grid import Grid
 from experiments.campaign.script import main

@@ -1,4 +1,4 @@
-"""Weights and activations in the course of a life (paper, Fig. 7, 9)."""
+"""Weights and activations in the course of an episode (paper, Fig. 7, 9)."""
 
 from experiments.campaign.grid import Grid
 from experiments.campaign.script import main

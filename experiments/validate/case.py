@@ -17,10 +17,10 @@ __all__ = [
     "Panel",
     "Picture",
     "Row",
+    "SelfAgreement",
     "Setting",
     "Skip",
     "Tolerance",
-    "Yardstick",
 ]
 
 _SYMBOLS = {"at most": "<=", "at least": ">=", "within": "+-"}
@@ -89,7 +89,7 @@ class Skip:
 
 
 @dataclass(frozen=True)
-class Yardstick:
+class SelfAgreement:
     """How well speeds of the reference agree with themselves, and ours with them.
 
     Each agreement is (Spearman's correlation, mean absolute difference, bias) against the
@@ -163,7 +163,7 @@ class Outcome:
 
     rows: tuple[Row, ...]
     pictures: tuple[Picture, ...] = ()
-    yardsticks: tuple[Yardstick, ...] = ()
+    self_agreements: tuple[SelfAgreement, ...] = ()
 
 
 @dataclass(frozen=True)

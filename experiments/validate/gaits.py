@@ -18,10 +18,10 @@ from experiments.validate.case import (
     Panel,
     Picture,
     Row,
+    SelfAgreement,
     Setting,
     Skip,
     Tolerance,
-    Yardstick,
 )
 from experiments.validate.motion import DTYPES, speeds
 from experiments.validate.recordings import Recordings, Table
@@ -94,7 +94,7 @@ class _Gaits:
 
     Attributes:
         morphology: the robot.
-        duration: of a life [s].
+        duration: of an episode [s].
         frequency: [Hz], (G,).
         amplitude, phase: (G, V).
         terrains: for every terrain of the columns, one Terrain per gait.
@@ -200,7 +200,7 @@ def _read(recordings: Recordings, shape: str, params: Table, results: Table) -> 
 def _replay(gaits: _Gaits, label: str, setting: Setting) -> Outcome:
     starts = max(rule.starts for rule in gaits.rules)
     ours = _speeds(gaits, label, starts, setting)
-    rows, yardsticks, panels = [], [], []
+    rows, self_agreements, panels = [], [], []
     for terrain, modes in gaits.recorded.items():
         case = f"gaits {gaits.morphology.name} {terrain} {label}"
         own = ours[terrain]
@@ -209,10 +209,10 @@ def _replay(gaits: _Gaits, label: str, setting: Setting) -> Outcome:
                 rows += _rows(case, rule, own, modes)
                 panels.append(_panel(f"{terrain}, {rule.measured}", rule, own, modes))
         if "veto" in modes and not gaits.continuous:
-            yardsticks.append(_yardstick(case, own[0], modes))
+            self_agreements.append(_self_agreement(case, own[0], modes))
     detection = "_continuous" if gaits.continuous else ""
     picture = Picture(f"gaits_{gaits.morphology.name}_{label}{detection}", tuple(panels))
-    return Outcome(tuple(rows), (picture,), tuple(yardsticks))
+    return Outcome(tuple(rows), (picture,), tuple(self_agreements))
 
 
 def _speeds(gaits: _Gaits, label: str, starts: int, setting: Setting) -> dict[str, np.ndarray]:
@@ -264,12 +264,12 @@ def _rows(case: str, rule: _Rule, own: np.ndarray, modes: Mapping[str, np.ndarra
     ]
 
 
-def _yardstick(case: str, ours: np.ndarray, modes: Mapping[str, np.ndarray]) -> Yardstick:
+def _self_agreement(case: str, ours: np.ndarray, modes: Mapping[str, np.ndarray]) -> SelfAgreement:
     plain = modes["veto"]
     shifted, no_detection = (
         agreement(modes[mode], plain) if mode in modes else None for mode in ("veto_dx", "noccd")
     )
-    return Yardstick(case, float(plain.mean()), shifted, no_detection, agreement(ours, plain))
+    return SelfAgreement(case, float(plain.mean()), shifted, no_detection, agreement(ours, plain))
 
 
 def _panel(title: str, rule: _Rule, own: np.ndarray, modes: Mapping[str, np.ndarray]) -> Panel:

@@ -53,7 +53,7 @@ def follow(sim: Simulator, actuations: np.ndarray) -> Track:
 
 
 def speeds(sim: Simulator, actuations: Tensor) -> np.ndarray:
-    """Mean velocities along x of a life as in the reference [m/s], (N,); NaN where it failed.
+    """Mean velocities along x of an episode as in the reference [m/s], (N,); NaN where it failed.
 
     Args:
         sim: N worlds at their start.

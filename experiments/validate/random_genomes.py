@@ -34,13 +34,13 @@ _MEAN = Tolerance("within", 0.06)
 
 @dataclass(frozen=True)
 class _Generation:
-    """The recorded lives of random genomes.
+    """The recorded episodes of random genomes.
 
     Attributes:
         name: of the table.
         kind: of the networks, "hlp" or "mlp".
         morphology, apparatus: the robot.
-        duration: of a life [s].
+        duration: of an episode [s].
         genomes: (N, genes).
         terrains: one per genome.
         speeds: recorded [m/s], (N,).

@@ -189,7 +189,7 @@ class Recordings:
             raise ValueError(f"{self._tables[table].name}: {error}") from error
 
     def duration(self, name: str, default: float) -> float:
-        """The length of the lives in a table [s]: "duration" in its JSON file, or a default."""
+        """The length of the episodes in a table [s]: "duration" in its JSON file, or a default."""
         value = self.document(name).get("duration", default)
         if not isinstance(value, int | float) or not 0 < value < math.inf:
             raise ValueError(f"{name}.json: expected duration > 0 s, got {value!r}")

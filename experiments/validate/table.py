@@ -12,9 +12,9 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from experiments.validate.case import Row, Skip, Yardstick
+from experiments.validate.case import Row, SelfAgreement, Skip
 
-__all__ = ["show_rows", "show_yardsticks", "verdict", "write_json"]
+__all__ = ["show_rows", "show_self_agreements", "verdict", "write_json"]
 
 _COLOURS = {"pass": "green", "FAIL": "bold red", "skipped": "yellow"}
 
@@ -51,12 +51,12 @@ def show_rows(console: Console, rows: Sequence[Row | Skip]) -> None:
     console.print("its own shift: the reference against itself, from a start shifted by 1e-6 m")
 
 
-def show_yardsticks(console: Console, yardsticks: Sequence[Yardstick]) -> None:
+def show_self_agreements(console: Console, self_agreements: Sequence[SelfAgreement]) -> None:
     """Prints how far the speeds of random gaits agree with those of the reference at all."""
-    if not yardsticks:
+    if not self_agreements:
         return
     table = Table(
-        title="Yardstick: agreement with the reference's plain runs (Spearman, mean absolute "
+        title="Agreement with the reference's plain runs (Spearman, mean absolute "
         "difference, bias in m/s)",
         title_justify="left",
     )
@@ -68,7 +68,7 @@ def show_yardsticks(console: Console, yardsticks: Sequence[Yardstick]) -> None:
         "ours, one start",
     ):
         table.add_column(name, justify="right")
-    for y in yardsticks:
+    for y in self_agreements:
         figures = (_agreement(y.shifted), _agreement(y.no_detection), _agreement(y.ours))
         table.add_row(y.case, f"{y.mean:.3f}", *figures)
     console.print(table)
@@ -79,7 +79,7 @@ def write_json(
     folder: Path,
     seed: int,
     rows: Sequence[Row | Skip],
-    yardsticks: Sequence[Yardstick],
+    self_agreements: Sequence[SelfAgreement],
 ) -> None:
     """Writes everything for a machine to read. What is not a finite number becomes null."""
     content = {
@@ -100,7 +100,7 @@ def write_json(
                     )
                 },
             }
-            for y in yardsticks
+            for y in self_agreements
         ],
     }
     path.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")

@@ -108,12 +108,14 @@ def _conclude(
         for row in ((outcome,) if isinstance(outcome, Skip) else outcome.rows)
     ]
     results = [outcome for outcome in outcomes if isinstance(outcome, Outcome)]
-    yardsticks = [yardstick for result in results for yardstick in result.yardsticks]
+    self_agreements = [
+        self_agreement for result in results for self_agreement in result.self_agreements
+    ]
     table.show_rows(console, rows)
-    table.show_yardsticks(console, yardsticks)
+    table.show_self_agreements(console, self_agreements)
     verdicts = [table.verdict(row) for row in rows]
     if json is not None:
-        table.write_json(json, folder, seed, rows, yardsticks)
+        table.write_json(json, folder, seed, rows, self_agreements)
         console.print(f"wrote {json}")
     if out is not None:
         from experiments.validate import plots

@@ -102,7 +102,7 @@ def play(program: Program) -> Kernel:
 
 
 def closed_loop(program: Program, controller: Callable[..., Any]) -> Kernel:
-    """A kernel that runs whole stretches of life with the controller inside.
+    """A kernel that runs many control steps with the controller inside.
 
     Args:
         program: what it is compiled for.

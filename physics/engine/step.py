@@ -60,10 +60,10 @@ def touch(
 ):
     """Second half of a step: finds contacts. Without the first (``advanced`` is false) it is a
     look at poses that were set by hand, of which none has landed."""
-    ground_detection.update_window(S, terrain, S.number, m, mf, T)
+    ground_detection.update_window(S, terrain, m, mf, T)
     detect(S, lists, m, advanced, T)
     if ti.static(T.features.self_collision):
-        self_detection.detect(S, lists, S.number, m, mi, T)
+        self_detection.detect(S, lists, m, mi, T)
     mark_failures(S, m, T)
 
 
@@ -73,17 +73,17 @@ def detect(S: ti.template(), lists: ti.template(), m: ti.template(), advanced, T
     if ti.static(T.features.continuous):
         landed = 1
         while landed > 0:
-            ground_detection.detect(S, lists, S.number, m, T)
+            ground_detection.detect(S, lists, m, T)
             landed = 0
             if advanced:
                 landed = continuous.set_back(S, lists, m, T)
     else:
-        ground_detection.detect(S, lists, S.number, m, T)
+        ground_detection.detect(S, lists, m, T)
 
 
 @ti.func
 def count_step(S: ti.template(), m: ti.template(), T: ti.template()):
-    """A world lives until its last step is done or it has failed."""
+    """A world goes on until its last step is done or it has failed."""
     h = m.header
     lives = (S[h + lay.H_STEP] < S[h + lay.H_LIFE]) & (S[h + lay.H_FAILED] == T.f(0.0))
     alive = ti.select(lives, T.vec(1.0), T.vec(0.0))

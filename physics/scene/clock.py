@@ -81,10 +81,10 @@ def time_after(steps: int) -> float:
 
 
 def steps_in(duration: float, name: str = "duration") -> int:
-    """Control steps of a life: ``t = 0; while t < duration: t += DT``.
+    """Control steps of an episode: ``t = 0; while t < duration: t += DT``.
 
     Args:
-        duration: length of the life [s], finite and not negative.
+        duration: length of the episode [s], finite and not negative.
         name: of the argument, for the message of an error.
 
     Raises:

@@ -16,7 +16,7 @@ def _restore_threads():
 
 
 def population_of(n, sizes, dtype, **options):
-    """A network of n individuals, their inputs (steps, n, in) and their weights at birth."""
+    """A network of n individuals, their inputs (steps, n, in) and their initial weights."""
     generator = torch.Generator().manual_seed(11)
     net = hebbtorch.HebbianMLP(sizes, population=(n,), dtype=dtype, **options)
     net.set_genomes(2 * torch.rand(n, net.n_genes, generator=generator, dtype=dtype) - 1)

@@ -20,12 +20,7 @@ def act(rows, inputs):
 
 @pytest.mark.parametrize(
     ("sizes", "evolved", "fixed"),
-    [
-        ([8, 8, 10], 112, None),
-        ([29, 29, 10], 301, None),
-        ([31, 31, 7], 307, None),
-        ([3, 2], 20, 15),
-    ],
+    [([8, 8, 10], 112, 86), ([29, 29, 10], 301, 233), ([31, 31, 7], 307, 238), ([3, 2], 20, 15)],
 )
 def test_numbers_of_neuron_centric_genes(sizes, evolved, fixed):
     n = sum(sizes)

@@ -63,7 +63,7 @@ assert work() == expected
 """
 
 TAICHI_BEFORE = """
-import taichi as ti
+from physics.backend import ti
 
 ti.init(arch=ti.cpu)
 theirs = ti.field(ti.f32, shape=4)
@@ -78,7 +78,7 @@ assert theirs.to_numpy().tolist() == [3.0] * 4
 """
 
 TAICHI_AFTER = """
-import taichi as ti
+from physics.backend import ti
 
 sim = physics.Simulator("box-1x1", None, 1, lanes=1, threads=1)
 ti.init(arch=ti.cpu)

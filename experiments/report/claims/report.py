@@ -77,7 +77,7 @@ def _scale(conditions: Sequence[Condition]) -> str:
     of_each = str(runs[0]) if len(runs) == 1 else f"{runs[0]} to {runs[-1]}"
     return (
         f"{len(conditions)} conditions, {of_each} run(s) of each; {config.generations} "
-        f"generations, population {config.population}, lives of {config.duration:g} s. "
+        f"generations, population {config.population}, episodes of {config.duration:g} s. "
         "The paper's scale is 10 runs of 500 generations."
     )
 

@@ -52,7 +52,7 @@ class Box:
 
     @property
     def drawn(self) -> Values:
-        """What the box shows: the lives that did not fail."""
+        """What the box shows: the episodes that did not fail."""
         values = self.values if self.pooled is None else self.pooled
         return values[np.isfinite(values)]
 

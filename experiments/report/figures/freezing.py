@@ -27,7 +27,7 @@ class Frozen:
     Attributes:
         runs: of the condition, shape (R,).
         seconds: at which the weights were frozen, shape (S,).
-        speeds: median over terrains [m/s], shape (R, S); NaN where that is a failed life.
+        speeds: median over terrains [m/s], shape (R, S); NaN where that is a failed episode.
     """
 
     runs: NDArray[np.intp]
@@ -36,7 +36,7 @@ class Frozen:
 
 
 def true_learning(run_folders: Sequence[Path], out: Path) -> list[Path]:
-    """Fig. 6: speed with the weights as they were at some second of a life."""
+    """Fig. 6: speed with the weights as they were at some second of an episode."""
     return _figure(run_folders, out, "true_learning", {})
 
 
@@ -82,7 +82,7 @@ def _figure(
                 )
             )
     caption = (
-        "Speed on unseen ground of controllers whose weights were frozen at a second of a life "
+        "Speed on unseen ground of controllers whose weights were frozen at a second of an episode "
         "[m/s]: median, quartiles and standard deviation over runs. The figure's line of reference "
         "is the speed of the same individuals, still learning, at the end of evolution."
     )

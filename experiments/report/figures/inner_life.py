@@ -1,4 +1,4 @@
-"""Weights and neurons of champions during a life: the paper's Fig. 7 and 9, and Sec. IV-C."""
+"""Weights and neurons of champions during an episode: the paper's Fig. 7 and 9, and Sec. IV-C."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from experiments.report import tables
 from experiments.report.conditions import Condition, gather
 from experiments.runs.names import RANDOM_GENOMES, RECORDING, RECORDING_MEASURES
 
-__all__ = ["Life", "activations", "measures", "random_measures", "weight_distributions"]
+__all__ = ["RecordedEpisode", "activations", "measures", "random_measures", "weight_distributions"]
 
 _PER_RUN = ("weights_", "activations_", "histograms")
 _LAYERS = ("hidden", "output")
@@ -30,8 +30,8 @@ _PANEL = (2.2, 1.6)  # [in]
 
 
 @dataclass(frozen=True)
-class Life:
-    """The recorded life of a condition's best champion among those recorded.
+class RecordedEpisode:
+    """The recorded episode of a condition's best champion among those recorded.
 
     Attributes:
         condition: where it evolved.
@@ -51,7 +51,7 @@ class Life:
 
 
 def weight_distributions(run_folders: Sequence[Path], out: Path) -> list[Path]:
-    """Fig. 7 and 9: how often which weights occur, at three times of a life.
+    """Fig. 7 and 9: how often which weights occur, at three times of an episode.
 
     A figure without normalization of the weights, and one for each way to normalize.
     """
@@ -65,7 +65,7 @@ def weight_distributions(run_folders: Sequence[Path], out: Path) -> list[Path]:
 
 
 def activations(run_folders: Sequence[Path], out: Path) -> list[Path]:
-    """How often which activations occur over a life, and their course at its end (Sec. IV-C)."""
+    """How often which activations occur, and their course at the episode's end (Sec. IV-C)."""
     conditions = gather(run_folders)
     variants: list[dict[str, str]] = [{}, {"normalize": "l2"}, {"normalize": "minmax"}]
     found = [each for variant in variants for each in _of_variant(conditions, variant)]
@@ -79,7 +79,7 @@ def activations(run_folders: Sequence[Path], out: Path) -> list[Path]:
                 sheet.panel(row, layer).set_title(f"{life.title}\n{name} layer")
             _draw_raster(sheet, sheet.panel(row, 2), life)
     caption = (
-        "Shares of the activations of the last seconds of a life beyond +-0.9 (saturated) and "
+        "Shares of the activations of the last seconds of an episode beyond +-0.9 (saturated) and "
         "within +-0.1 (middle), the share of neurons that switch between both ends, and period [s] "
         "and regularity (at most 1) of the neurons and of the gait, and the share of the body's "
         "movement above 4 Hz (vibration); n/a where nothing repeats itself. The figure shows the "
@@ -147,7 +147,7 @@ def _of_variant(conditions: Sequence[Condition], variant: Mapping[str, str]) -> 
     ]
 
 
-def _lives(conditions: Sequence[Condition]) -> list[Life]:
+def _lives(conditions: Sequence[Condition]) -> list[RecordedEpisode]:
     lives = []
     for condition in conditions:
         described = {each["run"]: each for each in measures(condition)}
@@ -159,7 +159,7 @@ def _lives(conditions: Sequence[Condition]) -> list[Life]:
         with readable(path), np.load(path) as file:
             arrays = {name: file[name][own] for name in file if name.startswith(_PER_RUN)}
             arrays["times"] = file["times"]
-        lives.append(Life(condition, described[run], arrays))
+        lives.append(RecordedEpisode(condition, described[run], arrays))
     return lives
 
 
@@ -177,7 +177,7 @@ def _draw_activations(axes: Axes, counts: NDArray[Any]) -> None:
     axes.set(xlabel="activation", ylabel="relative frequency", xlim=(-1, 1))
 
 
-def _draw_raster(sheet: style.Sheet, axes: Axes, life: Life) -> None:
+def _draw_raster(sheet: style.Sheet, axes: Axes, life: RecordedEpisode) -> None:
     """Neurons (rows, outputs on top) against time, with the period of the gait marked."""
     layers = [life.arrays[f"activations_{name}"] for name in _LAYERS]
     shown = np.concatenate(layers, axis=1)[-int(_RASTER * _STEPS) :].T.astype(np.float64)
@@ -192,7 +192,7 @@ def _draw_raster(sheet: style.Sheet, axes: Axes, life: Life) -> None:
         for time in np.arange(gait, seconds, gait):
             axes.axvline(time, color="white", lw=0.6, ls=":")
     said = "no gait period" if gait is None else f"gait period {gait:.2f} s"
-    axes.set(xlabel="time [s], end of the life", ylabel="neuron (outputs on top)", title=said)
+    axes.set(xlabel="time [s], end of the episode", ylabel="neuron (outputs on top)", title=said)
     sheet.figure.colorbar(image, ax=axes, label="activation")
 
 

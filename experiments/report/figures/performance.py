@@ -58,7 +58,7 @@ def generalization(run_folders: Sequence[Path], out: Path) -> list[Path]:
 
 
 def damage(run_folders: Sequence[Path], out: Path) -> list[Path]:
-    """Fig. 5: as Fig. 3, evolved and re-assessed with voxels that break at half of the life."""
+    """Fig. 5: as Fig. 3, evolved and re-assessed with voxels that break at half of the episode."""
     return _unseen_figure(run_folders, out, "damage", "half")
 
 
@@ -68,7 +68,7 @@ def evolution(run_folders: Sequence[Path], out: Path) -> list[Path]:
 
 
 def damage_evolution(run_folders: Sequence[Path], out: Path) -> list[Path]:
-    """As Fig. 4, with voxels that break at half of the life."""
+    """As Fig. 4, with voxels that break at half of the episode."""
     return _course(run_folders, out, "damage_evolution", "half")
 
 

@@ -45,7 +45,7 @@ def rule_sharing(run_folders: Sequence[Path], out: Path) -> list[Path]:
 
 
 def initialization(run_folders: Sequence[Path], out: Path) -> list[Path]:
-    """Weights at birth drawn from U(-1, 1) instead of zero (Sec. IV-D)."""
+    """Initial weights drawn from U(-1, 1) instead of zero (Sec. IV-D)."""
     return _figure(run_folders, out, "initialization", "init")
 
 

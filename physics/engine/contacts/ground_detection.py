@@ -28,7 +28,6 @@ _PREFERENCE = 0.1 * material.LINEAR_TOLERANCE
 def update_window(
     S: ti.template(),
     terrain: ti.template(),
-    g,
     m: ti.template(),
     mf: ti.template(),
     T: ti.template(),
@@ -40,25 +39,23 @@ def update_window(
         high = T.vec(-_FAR)
         for v in range(m.voxels):
             for k in range(4):
-                x = S[g, v * lay.VOXEL_ITEMS + k * lay.BODY_ITEMS + lay.X]
+                x = S[v * lay.VOXEL_ITEMS + k * lay.BODY_ITEMS + lay.X]
                 low = ti.select(x < low, x, low)
                 high = ti.select(x > high, x, high)
         low = low - reach
         high = high + reach
-        leaves = (low < S[g, m.header + lay.H_WINDOW_LOW]) | (
-            high > S[g, m.header + lay.H_WINDOW_HIGH]
-        )
+        leaves = (low < S[m.header + lay.H_WINDOW_LOW]) | (high > S[m.header + lay.H_WINDOW_HIGH])
         if any_lane(leaves, T):
             marks = ti.select(leaves, T.vec(1.0), T.vec(0.0))
             for lane in range(T.lanes):
                 if marks[lane] > T.f(0.0):
                     start = low[lane] - T.f(MARGIN)
-                    _fill_lane(S, terrain, g, m, lane, start, start + mf[F_EXTENT], T)
+                    _fill_lane(S, terrain, m, lane, start, start + mf[F_EXTENT], T)
 
 
 @ti.func
 def _fill_lane(
-    S: ti.template(), terrain: ti.template(), g, m: ti.template(), lane, low, high, T: ti.template()
+    S: ti.template(), terrain: ti.template(), m: ti.template(), lane, low, high, T: ti.template()
 ):
     """Fills one lane of the window with the segments between the abscissas ``low`` and ``high``.
 
@@ -66,9 +63,9 @@ def _fill_lane(
     other worlds. The first segment has an even number, so that a segment keeps its parity, which
     is what names a contact pair, as the window moves.
     """
-    world = g * T.places + lane
+    world = S.number * T.places + lane
     points = terrain.shape[1]
-    first = ti.cast(S[g, m.header + lay.H_WINDOW_BASE][lane], ti.i32)
+    first = ti.cast(S[m.header + lay.H_WINDOW_BASE][lane], ti.i32)
     while first > 0 and terrain[world, first, 0] > low:
         first -= 1
     while first < points - 2 and terrain[world, first + 1, 0] <= low:
@@ -77,7 +74,7 @@ def _fill_lane(
     top = T.f(-_FAR)
     end = T.f(_FAR)
     for k in range(m.segments):
-        o = m.window + lay.SEGMENT_ITEMS * k
+        segment = S.at[m.window + lay.SEGMENT_ITEMS * k]
         index = ti.min(first + k, points - 2)
         x0, y0 = terrain[world, index, 0], terrain[world, index, 1]
         dx = terrain[world, index + 1, 0] - x0
@@ -91,131 +88,139 @@ def _fill_lane(
             y0 = T.f(-_FAR)
         if not last and x0 > high and x0 < end:
             end = x0
-        S[g, o + lay.SE_X][lane] = x0
-        S[g, o + lay.SE_Y][lane] = y0
-        S[g, o + lay.SE_TX][lane] = dx / length
-        S[g, o + lay.SE_TY][lane] = dy / length
-        S[g, o + lay.SE_LENGTH][lane] = length
-        S[g, o + lay.SE_END][lane] = terrain[world, index + 1, 0]
-    S[g, m.header + lay.H_WINDOW_TOP][lane] = top
-    S[g, m.header + lay.H_WINDOW_BASE][lane] = ti.cast(first, T.f)
-    S[g, m.header + lay.H_WINDOW_LOW][lane] = terrain[world, first, 0] if first > 0 else T.f(-_FAR)
-    S[g, m.header + lay.H_WINDOW_HIGH][lane] = end
+        segment[lay.SE_X][lane] = x0
+        segment[lay.SE_Y][lane] = y0
+        segment[lay.SE_TX][lane] = dx / length
+        segment[lay.SE_TY][lane] = dy / length
+        segment[lay.SE_LENGTH][lane] = length
+        segment[lay.SE_END][lane] = terrain[world, index + 1, 0]
+    S[m.header + lay.H_WINDOW_TOP][lane] = top
+    S[m.header + lay.H_WINDOW_BASE][lane] = ti.cast(first, T.f)
+    S[m.header + lay.H_WINDOW_LOW][lane] = terrain[world, first, 0] if first > 0 else T.f(-_FAR)
+    S[m.header + lay.H_WINDOW_HIGH][lane] = end
 
 
 @ti.func
-def detect(S: ti.template(), lists: ti.template(), g, m: ti.template(), T: ti.template()):
+def detect(S: ti.template(), lists: ti.template(), m: ti.template(), T: ti.template()):
     """Finds the contacts of the poses reached; points found again keep their impulses."""
-    old = lists[g, lay.L_CONTACTS]
+    old = lists[lay.L_CONTACTS]
     for n in range(old):
-        _forget(S, g, lists[g, m.contact_list + 2 * n], T)
+        _forget(S.at[lists[m.contact_list + 2 * n]], T)
     count = 0
     for v in range(m.voxels):
         block = v * lay.VOXEL_ITEMS
-        touched = _touched_pairs(S, g, m, block, T)
+        touched = _touched_pairs(S, m, block, T)
         for k in range(4 * lay.PAIRS_PER_BODY):
             if touched & (1 << k):
                 entry = m.contact_list_new + 2 * count
-                lists[g, entry] = block + lay.PAIRS + k * lay.PAIR_ITEMS
-                lists[g, entry + 1] = block + (k // lay.PAIRS_PER_BODY) * lay.BODY_ITEMS
+                lists[entry] = block + lay.PAIRS + k * lay.PAIR_ITEMS
+                lists[entry + 1] = block + (k // lay.PAIRS_PER_BODY) * lay.BODY_ITEMS
                 count += 1
     for n in range(old):
-        _drop_lost(S, g, lists[g, m.contact_list + 2 * n], T)
+        _drop_lost(S.at[lists[m.contact_list + 2 * n]], T)
     for n in range(2 * count):
-        lists[g, m.contact_list + n] = lists[g, m.contact_list_new + n]
-    lists[g, lay.L_CONTACTS] = count
+        lists[m.contact_list + n] = lists[m.contact_list_new + n]
+    lists[lay.L_CONTACTS] = count
 
 
 @ti.func
-def _touched_pairs(S: ti.template(), g, m: ti.template(), block, T: ti.template()):
+def _touched_pairs(S: ti.template(), m: ti.template(), block, T: ti.template()):
     """Which contact pairs of a voxel touch in any lane, a bit each.
 
     Most voxels are far from the ground, and none is near all of its segments: a look at a circle
     around the four squares spares one at each of them.
     """
     touched = 0
-    x_low, y_low = S[g, block + lay.X], S[g, block + lay.Y]
+    voxel = S.at[block]
+    x_low, y_low = voxel[lay.X], voxel[lay.Y]
     x_high, y_high = x_low, y_low
     for b in ti.static(range(1, 4)):
-        x, y = S[g, block + b * lay.BODY_ITEMS + lay.X], S[g, block + b * lay.BODY_ITEMS + lay.Y]
+        x, y = voxel[b * lay.BODY_ITEMS + lay.X], voxel[b * lay.BODY_ITEMS + lay.Y]
         x_low, x_high = ti.min(x_low, x), ti.max(x_high, x)
         y_low, y_high = ti.min(y_low, y), ti.max(y_high, y)
-    if any_lane(y_low <= S[g, m.header + lay.H_WINDOW_TOP] + T.f(_OUTSKIRTS), T):
+    if any_lane(y_low <= S[m.header + lay.H_WINDOW_TOP] + T.f(_OUTSKIRTS), T):
         half = T.f(0.5)
         x, y = (x_low + x_high) * half, (y_low + y_high) * half
         radius = (x_high - x_low + (y_high - y_low)) * half + T.f(_OUTSKIRTS)
         for number in range(m.segments):
-            if any_lane(_near(S, g, m, x, y, number, radius, T), T):
+            if any_lane(_near(S, m, x, y, number, radius, T), T):
                 for b in range(4):
                     k = b * lay.PAIRS_PER_BODY + number % lay.PAIRS_PER_BODY
-                    body = block + b * lay.BODY_ITEMS
-                    pair = block + lay.PAIRS + k * lay.PAIR_ITEMS
-                    if _collide(S, g, m, body, pair, number, T):
+                    body = S.at[block + b * lay.BODY_ITEMS]
+                    pair = S.at[block + lay.PAIRS + k * lay.PAIR_ITEMS]
+                    if _collide(S, m, body, pair, number, T):
                         touched = touched | (1 << k)
     return touched
 
 
 @ti.func
-def _near(S: ti.template(), g, m: ti.template(), x, y, number, radius, T: ti.template()):
+def _near(S: ti.template(), m: ti.template(), x, y, number, radius, T: ti.template()):
     """The lanes in which a circle around a point is not above a segment or beside it."""
-    segment = m.window + lay.SEGMENT_ITEMS * number
-    height, _ = _beside(S, g, segment, x, y, T)
-    left = x + radius >= S[g, segment + lay.SE_X]
-    return (height <= radius) & left & (x - radius <= S[g, segment + lay.SE_END])
+    segment = S.at[m.window + lay.SEGMENT_ITEMS * number]
+    height, _ = _beside(segment, x, y, T)
+    left = x + radius >= segment[lay.SE_X]
+    return (height <= radius) & left & (x - radius <= segment[lay.SE_END])
 
 
 @ti.func
-def _beside(S: ti.template(), g, segment, x, y, T: ti.template()):
+def _beside(segment: ti.template(), x, y, T: ti.template()):
     """Height of a point above a segment's line, whose normal is (-ty, tx), and its place along
     it [m]."""
-    tx, ty = S[g, segment + lay.SE_TX], S[g, segment + lay.SE_TY]
-    dx = x - S[g, segment + lay.SE_X]
-    dy = y - S[g, segment + lay.SE_Y]
+    tx, ty = segment[lay.SE_TX], segment[lay.SE_TY]
+    dx = x - segment[lay.SE_X]
+    dy = y - segment[lay.SE_Y]
     return dy * tx - dx * ty, dx * tx + dy * ty
 
 
 @ti.func
-def _forget(S: ti.template(), g, pair, T: ti.template()):
+def _forget(pair: ti.template(), T: ti.template()):
     """Marks the points of a pair as not found yet."""
     for p in range(2):
-        S[g, pair + lay.PA_POINTS + p * lay.POINT_ITEMS + lay.PT_DEPTH] = T.vec(-1.0)
+        pair[lay.PA_POINTS + p * lay.POINT_ITEMS + lay.PT_DEPTH] = T.vec(-1.0)
 
 
 @ti.func
-def _drop_lost(S: ti.template(), g, pair, T: ti.template()):
+def _drop_lost(pair: ti.template(), T: ti.template()):
     """Clears the impulses of points that were not found again."""
     zero = T.vec(0.0)
     found = zero < zero
     for p in range(2):
-        o = pair + lay.PA_POINTS + p * lay.POINT_ITEMS
-        touches = S[g, o + lay.PT_DEPTH] >= zero
-        S[g, o + lay.PT_JN] = ti.select(touches, S[g, o + lay.PT_JN], zero)
-        S[g, o + lay.PT_JT] = ti.select(touches, S[g, o + lay.PT_JT], zero)
+        o = lay.PA_POINTS + p * lay.POINT_ITEMS
+        touches = pair[o + lay.PT_DEPTH] >= zero
+        pair[o + lay.PT_JN] = ti.select(touches, pair[o + lay.PT_JN], zero)
+        pair[o + lay.PT_JT] = ti.select(touches, pair[o + lay.PT_JT], zero)
         found = found | touches
-    S[g, pair + lay.PA_KEY] = ti.select(found, S[g, pair + lay.PA_KEY], zero)
+    pair[lay.PA_KEY] = ti.select(found, pair[lay.PA_KEY], zero)
 
 
 @ti.func
-def _collide(S: ti.template(), g, m: ti.template(), body, pair, number, T: ti.template()):
+def _collide(
+    S: ti.template(),
+    m: ti.template(),
+    body: ti.template(),
+    pair: ti.template(),
+    number,
+    T: ti.template(),
+):
     """Contact of a body with the segment ``number`` of the window, in all lanes at once.
 
     Everything is seen from the body's centre, in its frame. Returns 1 if there is a contact in any
     lane. If a body touches two segments of one parity, the pair keeps the deeper.
     """
-    segment = m.window + lay.SEGMENT_ITEMS * number
+    segment = S.at[m.window + lay.SEGMENT_ITEMS * number]
     zero, one, minus = T.vec(0.0), T.vec(1.0), T.vec(-1.0)
     far = T.vec(_FAR)
     h = T.f(material.SQUARE_HALF)
-    tx, ty = S[g, segment + lay.SE_TX], S[g, segment + lay.SE_TY]
-    length = S[g, segment + lay.SE_LENGTH]
-    height, along = _beside(S, g, segment, S[g, body + lay.X], S[g, body + lay.Y], T)
-    c, s = S[g, body + lay.COS], S[g, body + lay.SIN]
+    tx, ty = segment[lay.SE_TX], segment[lay.SE_TY]
+    length = segment[lay.SE_LENGTH]
+    height, along = _beside(segment, body[lay.X], body[lay.Y], T)
+    c, s = body[lay.COS], body[lay.SIN]
     ground_x, ground_y = s * tx - c * ty, c * tx + s * ty  # the segment's normal
     # How far the square would have to move along the normals of the ground's edges to be free.
     depth = (magnitude(ground_x, T) + magnitude(ground_y, T)) * h - height
     half_width = (magnitude(c, T) + magnitude(s, T)) * h
-    from_start = S[g, body + lay.X] - S[g, segment + lay.SE_X]
-    from_end = S[g, body + lay.X] - S[g, segment + lay.SE_END]
+    from_start = body[lay.X] - segment[lay.SE_X]
+    from_end = body[lay.X] - segment[lay.SE_END]
     depth_left, depth_right = half_width + from_start, half_width - from_end
     hit = (depth >= zero) & (depth_left > zero) & (depth_right > zero)
     touched = 0
@@ -280,46 +285,49 @@ def _collide(S: ti.template(), g, m: ti.template(), body, pair, number, T: ti.te
         level, rise = side * (px * nx + py * ny + offset), side * (ux * nx + uy * ny)
         depth_low, depth_high = level + q_low * rise, level + q_high * rise
         depth = ti.max(depth_low, depth_high)
-        low, high = pair + lay.PA_POINTS, pair + (lay.PA_POINTS + lay.POINT_ITEMS)
-        so_far = ti.max(S[g, low + lay.PT_DEPTH], S[g, high + lay.PT_DEPTH])
+        low, high = lay.PA_POINTS, lay.PA_POINTS + lay.POINT_ITEMS
+        so_far = ti.max(pair[low + lay.PT_DEPTH], pair[high + lay.PT_DEPTH])
         hit = hit & (q_low <= q_high) & (depth >= zero) & (depth > so_far)
         if any_lane(hit, T):
             touched = 1
             # Four edges of the square: 0 bottom, 1 top, 2 left, 3 right.
             upper = ti.select(flat, fy, fx) > zero
             edge = ti.select(upper, one, zero) + ti.select(flat, zero, one + one)
-            place = S[g, m.header + lay.H_WINDOW_BASE] + ti.cast(number, T.f)
+            place = S[m.header + lay.H_WINDOW_BASE] + ti.cast(number, T.f)
             key = one + edge + T.f(4.0) * (feature + T.f(6.0) * place)
-            same = key == S[g, pair + lay.PA_KEY]
-            S[g, pair + lay.PA_KEY] = ti.select(hit, key, S[g, pair + lay.PA_KEY])
+            same = key == pair[lay.PA_KEY]
+            pair[lay.PA_KEY] = ti.select(hit, key, pair[lay.PA_KEY])
             normal_x = ti.select(by_side | by_face, c * nx - s * ny, zero - ty)
             normal_y = ti.select(by_side | by_face, s * nx + c * ny, tx)
-            S[g, pair + lay.PA_NX] = ti.select(hit, normal_x, S[g, pair + lay.PA_NX])
-            S[g, pair + lay.PA_NY] = ti.select(hit, normal_y, S[g, pair + lay.PA_NY])
+            pair[lay.PA_NX] = ti.select(hit, normal_x, pair[lay.PA_NX])
+            pair[lay.PA_NY] = ti.select(hit, normal_y, pair[lay.PA_NY])
             for p in range(2):
                 q = q_low
                 deep = depth_low
                 if p != 0:
                     q = q_high
                     deep = depth_high
-                o = pair + lay.PA_POINTS + p * lay.POINT_ITEMS
-                _store_point(S, g, body, o, hit, same, deep, px + ux * q, py + uy * q, T)
+                o = lay.PA_POINTS + p * lay.POINT_ITEMS
+                _store_point(body, pair, o, hit, same, deep, px + ux * q, py + uy * q, T)
     return touched
 
 
 @ti.func
-def _store_point(S: ti.template(), g, body, o, hit, same, depth, lx, ly, T: ti.template()):
-    """Writes a point in the lanes of ``hit``; unless it is the same as before, with no impulse."""
-    c, s = S[g, body + lay.COS], S[g, body + lay.SIN]
-    px = S[g, body + lay.X] + (c * lx - s * ly)
-    py = S[g, body + lay.Y] + (s * lx + c * ly)
+def _store_point(
+    body: ti.template(), pair: ti.template(), o, hit, same, depth, lx, ly, T: ti.template()
+):
+    """Writes the point at o of a pair in the lanes of ``hit``; unless it is the same as before, it
+    has no impulse."""
+    c, s = body[lay.COS], body[lay.SIN]
+    px = body[lay.X] + (c * lx - s * ly)
+    py = body[lay.Y] + (s * lx + c * ly)
     keeps = same & (depth >= T.f(0.0))
     zero = T.vec(0.0)
-    S[g, o + lay.PT_DEPTH] = ti.select(hit, depth, S[g, o + lay.PT_DEPTH])
-    S[g, o + lay.PT_LX] = ti.select(hit, lx, S[g, o + lay.PT_LX])
-    S[g, o + lay.PT_LY] = ti.select(hit, ly, S[g, o + lay.PT_LY])
-    S[g, o + lay.PT_PX] = ti.select(hit, px, S[g, o + lay.PT_PX])
-    S[g, o + lay.PT_PY] = ti.select(hit, py, S[g, o + lay.PT_PY])
-    impulse_n, impulse_t = S[g, o + lay.PT_JN], S[g, o + lay.PT_JT]
-    S[g, o + lay.PT_JN] = ti.select(hit & ~keeps, zero, impulse_n)
-    S[g, o + lay.PT_JT] = ti.select(hit & ~keeps, zero, impulse_t)
+    pair[o + lay.PT_DEPTH] = ti.select(hit, depth, pair[o + lay.PT_DEPTH])
+    pair[o + lay.PT_LX] = ti.select(hit, lx, pair[o + lay.PT_LX])
+    pair[o + lay.PT_LY] = ti.select(hit, ly, pair[o + lay.PT_LY])
+    pair[o + lay.PT_PX] = ti.select(hit, px, pair[o + lay.PT_PX])
+    pair[o + lay.PT_PY] = ti.select(hit, py, pair[o + lay.PT_PY])
+    impulse_n, impulse_t = pair[o + lay.PT_JN], pair[o + lay.PT_JT]
+    pair[o + lay.PT_JN] = ti.select(hit & ~keeps, zero, impulse_n)
+    pair[o + lay.PT_JT] = ti.select(hit & ~keeps, zero, impulse_t)

@@ -17,19 +17,19 @@ from physics.engine.memory.model import PAIR_ROW
 from physics.scene import material
 
 _REACH = material.SQUARE_SIDE * 2**0.5  # centres of squares that meet are no further apart [m]
-_LEAST = 1e-12  # a robot is born with squares that touch by rounding errors [m]
+_LEAST = 1e-12  # a robot starts with squares that touch by rounding errors [m]
 _SQUARES = 4  # of a voxel
 _FAR = 1e30
 
 
 @ti.func
 def detect(
-    S: ti.template(), lists: ti.template(), g, m: ti.template(), mi: ti.template(), T: ti.template()
+    S: ti.template(), lists: ti.template(), m: ti.template(), mi: ti.template(), T: ti.template()
 ):
     """Finds the self-contacts of the poses reached; points found again keep their impulses."""
-    _remember(S, lists, g, m, T)
-    _bound_voxels(S, g, m, T)
-    old = lists[g, lay.L_SELF_CONTACTS]
+    _remember(S, lists, m, T)
+    _bound_voxels(S, m, T)
+    old = lists[lay.L_SELF_CONTACTS]
     count = 0
     cursor = 0
     held = T.vec(0.0)
@@ -41,49 +41,48 @@ def detect(
         welded = mi[row + 2]
         first = voxel1 * lay.VOXEL_ITEMS
         squares = 0
-        if _neighbours(S, g, m, voxel1, voxel2, welded, T):
+        if _neighbours(S, m, voxel1, voxel2, welded, T):
             squares = _SQUARES
         for i in range(squares):
             body1 = first + i * lay.BODY_ITEMS
             others = 0
-            if _close(S, g, body1, 1, voxel2, welded >> _SQUARES * i, T):
+            if _close(S, body1, 1, voxel2, welded >> _SQUARES * i, T):
                 others = _SQUARES
             for j in range(others):
                 k = _SQUARES * i + j
                 if (welded >> k) & 1 == 0:
                     body2 = voxel2 * lay.VOXEL_ITEMS + j * lay.BODY_ITEMS
-                    hit = _collide(S, g, m, body1, body2, count, held < limit, T)
+                    hit = _collide(S, m, body1, body2, count, held < limit, T)
                     if any_lane(hit, T):
                         held = ti.select(hit, held + T.f(1.0), held)
                         entry = m.self_contact_list + lay.SELF_CONTACT_ENTRY * count
-                        lists[g, entry] = _SQUARES * _SQUARES * n + k
-                        lists[g, entry + 1] = body1
-                        lists[g, entry + 2] = body2
-                        cursor = _recall(S, lists, g, m, count, cursor, old, T)
+                        lists[entry] = _SQUARES * _SQUARES * n + k
+                        lists[entry + 1] = body1
+                        lists[entry + 2] = body2
+                        cursor = _recall(S, lists, m, count, cursor, old, T)
                         count += 1
-    lists[g, lay.L_SELF_CONTACTS] = count
+    lists[lay.L_SELF_CONTACTS] = count
 
 
 @ti.func
-def _remember(S: ti.template(), lists: ti.template(), g, m: ti.template(), T: ti.template()):
+def _remember(S: ti.template(), lists: ti.template(), m: ti.template(), T: ti.template()):
     """Keeps keys and impulses of the self-contacts so far, for those that are found again."""
-    for n in range(lists[g, lay.L_SELF_CONTACTS]):
-        o = m.self_contact_block + lay.SELF_CONTACT_ITEMS * n
-        memory = m.self_contact_memory + lay.MEMORY_ITEMS * n
-        S[g, memory] = S[g, o + lay.SC_KEY]
+    for n in range(lists[lay.L_SELF_CONTACTS]):
+        touch = S.at[m.self_contact_block + lay.SELF_CONTACT_ITEMS * n]
+        memory = S.at[m.self_contact_memory + lay.MEMORY_ITEMS * n]
+        memory[0] = touch[lay.SC_KEY]
         for p in range(2):
-            point = o + lay.SC_POINTS + lay.SELF_CONTACT_POINT_ITEMS * p
-            S[g, memory + 1 + 2 * p] = S[g, point + lay.MP_JN]
-            S[g, memory + 2 + 2 * p] = S[g, point + lay.MP_JT]
-        number = lists[g, m.self_contact_list + lay.SELF_CONTACT_ENTRY * n]
-        lists[g, m.self_contact_list_old + n] = number
+            point = lay.SC_POINTS + lay.SELF_CONTACT_POINT_ITEMS * p
+            memory[1 + 2 * p] = touch[point + lay.MP_JN]
+            memory[2 + 2 * p] = touch[point + lay.MP_JT]
+        number = lists[m.self_contact_list + lay.SELF_CONTACT_ENTRY * n]
+        lists[m.self_contact_list_old + n] = number
 
 
 @ti.func
 def _recall(
     S: ti.template(),
     lists: ti.template(),
-    g,
     m: ti.template(),
     count,
     cursor,
@@ -94,60 +93,60 @@ def _recall(
 
     They are listed in order, so the old one is sought from the cursor on; returns its place.
     """
-    number = lists[g, m.self_contact_list + lay.SELF_CONTACT_ENTRY * count]
-    o = m.self_contact_block + lay.SELF_CONTACT_ITEMS * count
+    number = lists[m.self_contact_list + lay.SELF_CONTACT_ENTRY * count]
+    touch = S.at[m.self_contact_block + lay.SELF_CONTACT_ITEMS * count]
     place = cursor
-    while place < old and lists[g, m.self_contact_list_old + place] < number:
+    while place < old and lists[m.self_contact_list_old + place] < number:
         place += 1
-    memory = m.self_contact_memory + lay.MEMORY_ITEMS * place
+    memory = S.at[m.self_contact_memory + lay.MEMORY_ITEMS * place]
     zero = T.vec(0.0)
     same = zero < zero
-    if place < old and lists[g, m.self_contact_list_old + place] == number:
-        same = S[g, memory] == S[g, o + lay.SC_KEY]
+    if place < old and lists[m.self_contact_list_old + place] == number:
+        same = memory[0] == touch[lay.SC_KEY]
     for p in range(2):
-        point = o + lay.SC_POINTS + lay.SELF_CONTACT_POINT_ITEMS * p
-        keeps = same & (S[g, point + lay.MP_DEPTH] >= zero)
+        point = lay.SC_POINTS + lay.SELF_CONTACT_POINT_ITEMS * p
+        keeps = same & (touch[point + lay.MP_DEPTH] >= zero)
         for j in range(2):
-            impulse = S[g, memory + 1 + 2 * p + j]
-            S[g, point + lay.MP_JN + j] = ti.select(keeps, impulse, zero)
+            impulse = memory[1 + 2 * p + j]
+            touch[point + lay.MP_JN + j] = ti.select(keeps, impulse, zero)
     return place
 
 
 @ti.func
-def _bound_voxels(S: ti.template(), g, m: ti.template(), T: ti.template()):
+def _bound_voxels(S: ti.template(), m: ti.template(), T: ti.template()):
     """The corners of the box around the centres of each voxel's squares."""
     for v in range(m.voxels):
         for axis in range(2):
-            place = v * lay.VOXEL_ITEMS + lay.BODIES + lay.X + axis
-            low = S[g, place]
+            centers = S.at[v * lay.VOXEL_ITEMS + lay.BODIES + lay.X + axis]
+            low = centers[0]
             high = low
             for k in range(1, _SQUARES):
-                x = S[g, place + k * lay.BODY_ITEMS]
+                x = centers[k * lay.BODY_ITEMS]
                 low = ti.min(low, x)
                 high = ti.max(high, x)
-            o = m.self_contact_bounds + lay.BOUND_ITEMS * v + axis
-            S[g, o] = low
-            S[g, o + 2] = high
+            bounds = S.at[m.self_contact_bounds + lay.BOUND_ITEMS * v + axis]
+            bounds[0] = low
+            bounds[2] = high
 
 
 @ti.func
-def _neighbours(S: ti.template(), g, m: ti.template(), voxel1, voxel2, welded, T: ti.template()):
+def _neighbours(S: ti.template(), m: ti.template(), voxel1, voxel2, welded, T: ti.template()):
     """Whether squares of two voxels are near enough to meet in any lane: most pairs of voxels are
     told apart by their bounds."""
-    a = m.self_contact_bounds + lay.BOUND_ITEMS * voxel1
-    b = m.self_contact_bounds + lay.BOUND_ITEMS * voxel2
+    a = S.at[m.self_contact_bounds + lay.BOUND_ITEMS * voxel1]
+    b = S.at[m.self_contact_bounds + lay.BOUND_ITEMS * voxel2]
     gap = T.vec(0.0)
     for axis in range(2):
-        gap = ti.max(gap, S[g, a + axis] - S[g, b + 2 + axis])
-        gap = ti.max(gap, S[g, b + axis] - S[g, a + 2 + axis])
+        gap = ti.max(gap, a[axis] - b[2 + axis])
+        gap = ti.max(gap, b[axis] - a[2 + axis])
     near = any_lane(gap < T.f(_REACH), T)
     if near:
-        near = _close(S, g, voxel1 * lay.VOXEL_ITEMS, _SQUARES, voxel2, welded, T)
+        near = _close(S, voxel1 * lay.VOXEL_ITEMS, _SQUARES, voxel2, welded, T)
     return near
 
 
 @ti.func
-def _close(S: ti.template(), g, body1, squares, voxel2, welded, T: ti.template()):
+def _close(S: ti.template(), body1, squares, voxel2, welded, T: ti.template()):
     """Whether some squares, from ``body1`` on, are near enough to a voxel's to meet in any lane.
 
     Distances are many, but cheap; what they spare are tests of lanes, which cost as much as ten.
@@ -155,10 +154,10 @@ def _close(S: ti.template(), g, body1, squares, voxel2, welded, T: ti.template()
     least = T.vec(_FAR)
     for k in range(squares * _SQUARES):
         if (welded >> k) & 1 == 0:
-            one = body1 + k // _SQUARES * lay.BODY_ITEMS
-            other = voxel2 * lay.VOXEL_ITEMS + k % _SQUARES * lay.BODY_ITEMS
-            dx = S[g, other + lay.X] - S[g, one + lay.X]
-            dy = S[g, other + lay.Y] - S[g, one + lay.Y]
+            one = S.at[body1 + k // _SQUARES * lay.BODY_ITEMS]
+            other = S.at[voxel2 * lay.VOXEL_ITEMS + k % _SQUARES * lay.BODY_ITEMS]
+            dx = other[lay.X] - one[lay.X]
+            dy = other[lay.Y] - one[lay.Y]
             least = ti.min(least, dx * dx + dy * dy)
     return any_lane(least < T.f(_REACH**2), T)
 
@@ -177,30 +176,32 @@ def _face(x, y, T: ti.template()):
 
 
 @ti.func
-def _collide(S: ti.template(), g, m: ti.template(), body1, body2, count, free, T: ti.template()):
+def _collide(S: ti.template(), m: ti.template(), body1, body2, count, free, T: ti.template()):
     """Writes the self-contact of two squares as the one of this number, in all lanes at once.
 
     Returns the lanes that have one, which are among the free ones; in the others its depths are
     negative and its effective masses zero.
     """
-    dx = S[g, body2 + lay.X] - S[g, body1 + lay.X]
-    dy = S[g, body2 + lay.Y] - S[g, body1 + lay.Y]
+    square1, square2 = S.at[body1], S.at[body2]
+    dx = square2[lay.X] - square1[lay.X]
+    dy = square2[lay.Y] - square1[lay.Y]
     hit = free & (dx * dx + dy * dy < T.f(_REACH**2))
     if any_lane(hit, T):
-        o = m.self_contact_block + lay.SELF_CONTACT_ITEMS * count
-        hit = _clip(S, g, body1, body2, o, hit, dx, dy, T)
+        touch = S.at[m.self_contact_block + lay.SELF_CONTACT_ITEMS * count]
+        hit = _clip(S, body1, body2, touch, hit, dx, dy, T)
     return hit
 
 
 @ti.func
-def _clip(S: ti.template(), g, body1, body2, o, near, dx, dy, T: ti.template()):
+def _clip(S: ti.template(), body1, body2, touch: ti.template(), near, dx, dy, T: ti.template()):
     """Separating axes, then the one square's edge clipped to the other one's face."""
     zero = T.vec(0.0)
     one = T.vec(1.0)
     minus = T.vec(-1.0)
     h = T.f(material.SQUARE_HALF)
-    c1, s1 = S[g, body1 + lay.COS], S[g, body1 + lay.SIN]
-    c2, s2 = S[g, body2 + lay.COS], S[g, body2 + lay.SIN]
+    square1, square2 = S.at[body1], S.at[body2]
+    c1, s1 = square1[lay.COS], square1[lay.SIN]
+    c2, s2 = square2[lay.COS], square2[lay.SIN]
     own = ti.max(magnitude(c1 * dx + s1 * dy, T), magnitude(c1 * dy - s1 * dx, T))
     other = ti.max(magnitude(c2 * dx + s2 * dy, T), magnitude(c2 * dy - s2 * dx, T))
     turned = magnitude(c1 * c2 + s1 * s2, T) + magnitude(s1 * c2 - c1 * s2, T)
@@ -235,36 +236,48 @@ def _clip(S: ti.template(), g, body1, body2, o, near, dx, dy, T: ti.template()):
         depth_high = below - q_high * rise
         hit = hit & (q_low <= q_high) & (ti.max(depth_low, depth_high) >= zero)
         key = (rx + T.f(3.0) * ry) + T.f(8.0) * (fx + T.f(3.0) * fy) + T.f(32.0) * sign
-        S[g, o + lay.SC_KEY] = ti.select(hit, key, zero)
-        S[g, o + lay.SC_NX] = nx * sign
-        S[g, o + lay.SC_NY] = ny * sign
+        touch[lay.SC_KEY] = ti.select(hit, key, zero)
+        touch[lay.SC_NX] = nx * sign
+        touch[lay.SC_NY] = ny * sign
         for p in range(2):
             q = q_low
             deep = depth_low
             if p != 0:
                 q = q_high
                 deep = depth_high
-            point = o + lay.SC_POINTS + lay.SELF_CONTACT_POINT_ITEMS * p
+            point = lay.SC_POINTS + lay.SELF_CONTACT_POINT_ITEMS * p
             touches = hit & (deep >= zero)
-            S[g, point + lay.MP_DEPTH] = ti.select(touches, deep, minus)
-            _store_arms(S, g, body1, body2, o, point, touches, swap, ex + wx * q, ey + wy * q, T)
+            touch[point + lay.MP_DEPTH] = ti.select(touches, deep, minus)
+            _store_arms(S, body1, body2, touch, point, touches, swap, ex + wx * q, ey + wy * q, T)
     return hit
 
 
 @ti.func
-def _store_arms(S: ti.template(), g, body1, body2, o, point, touches, swap, x, y, T: ti.template()):
+def _store_arms(
+    S: ti.template(),
+    body1,
+    body2,
+    touch: ti.template(),
+    point,
+    touches,
+    swap,
+    x,
+    y,
+    T: ti.template(),
+):
     """Levers and effective masses of the point at (x, y) from the centre of the body that is not
     the reference."""
-    dx = S[g, body2 + lay.X] - S[g, body1 + lay.X]
-    dy = S[g, body2 + lay.Y] - S[g, body1 + lay.Y]
-    nx, ny = S[g, o + lay.SC_NX], S[g, o + lay.SC_NY]
+    square1, square2 = S.at[body1], S.at[body2]
+    dx = square2[lay.X] - square1[lay.X]
+    dy = square2[lay.Y] - square1[lay.Y]
+    nx, ny = touch[lay.SC_NX], touch[lay.SC_NY]
     normal = T.vec(2.0)  # inverse effective masses
     tangential = T.vec(2.0)
     zero = T.vec(0.0)
     one = T.vec(1.0)
     minus = T.vec(-1.0)
     for second in range(2):
-        body = body2 if second != 0 else body1
+        square = S.at[body2 if second != 0 else body1]
         arms = point + lay.MP_ARMS + lay.ARM_ITEMS * second
         # To the centre of this body from that of the other one, where this is the reference.
         away = ti.select(swap, zero, one)
@@ -272,14 +285,14 @@ def _store_arms(S: ti.template(), g, body1, body2, o, point, touches, swap, x, y
             away = ti.select(swap, minus, zero)
         rx = x + away * dx
         ry = y + away * dy
-        c, s = S[g, body + lay.COS], S[g, body + lay.SIN]
+        c, s = square[lay.COS], square[lay.SIN]
         rn = (rx * ny - ry * nx) * T.f(1 / lay.GYRATION)
         rt = (rx * nx + ry * ny) * T.f(-1 / lay.GYRATION)
-        S[g, arms + lay.AR_X] = c * rx + s * ry
-        S[g, arms + lay.AR_Y] = c * ry - s * rx
-        S[g, arms + lay.AR_N] = rn
-        S[g, arms + lay.AR_T] = rt
+        touch[arms + lay.AR_X] = c * rx + s * ry
+        touch[arms + lay.AR_Y] = c * ry - s * rx
+        touch[arms + lay.AR_N] = rn
+        touch[arms + lay.AR_T] = rt
         normal += rn * rn
         tangential += rt * rt
-    S[g, point + lay.MP_MN] = ti.select(touches, one / normal, zero)
-    S[g, point + lay.MP_MT] = ti.select(touches, one / tangential, zero)
+    touch[point + lay.MP_MN] = ti.select(touches, one / normal, zero)
+    touch[point + lay.MP_MT] = ti.select(touches, one / tangential, zero)

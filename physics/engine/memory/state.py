@@ -20,8 +20,8 @@ from physics.scene.morphology import Morphology
 from physics.scene.terrain import Terrain
 
 _FAR = 1e30
-START_X = 11.0  # left edge of a robot at birth [m]
-START_HEIGHT = 1.0  # of its nearest voxel over the ground at birth [m]
+START_X = 11.0  # left edge of a robot at the start [m]
+START_HEIGHT = 1.0  # of its nearest voxel over the ground at the start [m]
 
 
 @dataclass(frozen=True)
@@ -166,7 +166,7 @@ def forget_window(state: State) -> None:
 def initial_poses(
     morphology: Morphology, terrains: list[Terrain] | None, n_worlds: int
 ) -> np.ndarray:
-    """Poses of the squares at birth, (N, V, 4, 3), float64.
+    """Initial poses of the squares, (N, V, 4, 3), float64.
 
     Without ground, voxel (gx, gy) is centred at (3 gx, 3 gy). On ground the robot's left edge
     is at START_X, as high as makes the least gap between a voxel's lowest point and the ground

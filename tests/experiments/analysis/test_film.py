@@ -112,8 +112,8 @@ def test_champions_of_two_runs_are_filmed_apart_and_repeatably(run):
     [
         ({"run": 2}, "run: expected 0 to 1, .* got 2"),
         ({"seconds": 0.0}, "seconds: expected a number > 0, got 0.0"),
-        ({"start": 1.5}, "start: expected a time within the life of 1.0 s, got 1.5"),
-        ({"start": -1.0}, "start: expected a time within the life"),
+        ({"start": 1.5}, "start: expected a time within the episode of 1.0 s, got 1.5"),
+        ({"start": -1.0}, "start: expected a time within the episode"),
     ],
 )
 def test_wrong_options_are_named_and_nothing_is_written(run, options, message):

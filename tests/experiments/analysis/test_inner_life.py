@@ -1,4 +1,4 @@
-"""What is recorded of a life is what happened in it."""
+"""What is recorded of an episode is what happened in it."""
 
 import json
 from dataclasses import replace
@@ -122,7 +122,7 @@ def test_sizes_of_terms_by_hand(sharing: str, eta: float | str) -> None:
 
 
 def test_terms_are_those_of_the_second_before(recording: Recording) -> None:
-    network, steps = by_hand(0.25)  # at a quarter of the life, all there is
+    network, steps = by_hand(0.25)  # at a quarter of the episode, all there is
     sizes = TermSizes(network)
     for activations, _, _ in steps:
         sizes.add(activations)

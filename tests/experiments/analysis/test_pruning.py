@@ -55,7 +55,7 @@ def test_pruned_champions(tmp_path) -> None:
     champions = random_champions()
     pruning = prune(champions, n_terrains=2)
     assert pruning.speeds.shape == (2, len(KINDS), len(FRACTIONS), 2)
-    frozen = freeze(champions, n_terrains=2).speeds[:, -1]  # at the end of a life, whole
+    frozen = freeze(champions, n_terrains=2).speeds[:, -1]  # at the end of an episode, whole
     for kind in range(len(KINDS)):
         assert torch.equal(pruning.speeds[:, kind, 0], frozen)
 

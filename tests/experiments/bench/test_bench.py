@@ -135,9 +135,9 @@ def test_others_are_what_the_machine_did_and_this_process_did_not(
     monkeypatch.setattr(timing.os, "times", lambda: (next(owns), 0.0, 0.0, 0.0, 0.0))
     monkeypatch.setattr(time, "perf_counter", lambda: next(walls))
     stat.write_text("cpu 100 0 100 9999 77 0 0 0 0 0\ncpu0 1 1 1 1 1 1 1 1 1 1\n")
-    bystanders = timing.Bystanders()
+    other_processes = timing.OtherProcesses()
     stat.write_text("cpu 500 100 100 19999 88 50 50 0 0 0\n")
-    assert bystanders.cores() == pytest.approx((6.0 - 2.0) / 4.0)
+    assert other_processes.cores() == pytest.approx((6.0 - 2.0) / 4.0)
 
 
 # --- workloads ----------------------------------------------------------------------------------

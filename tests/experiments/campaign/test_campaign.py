@@ -243,7 +243,7 @@ def test_estimates_go_by_what_is_left() -> None:
     conditions = [Condition(name, replace(WORM, generations=4, duration=0.5)) for name in "abc"]
     standings = {"a": Standing(), "b": Standing(3), "c": Standing(4, finished=True)}
     whole, rest, none = plan.estimate(conditions, standings)
-    steps = 0  # of a life, as the simulator counts them
+    steps = 0  # of an episode, as the simulator counts them
     t = 0.0
     while t < 0.5:
         t += 1 / 60

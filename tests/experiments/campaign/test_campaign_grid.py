@@ -109,6 +109,7 @@ def test_every_other_option_is_in_a_name() -> None:
         "terms": "ABC",
         "terrain": "flat",
         "damage": "half",
+        "optimizer": "cma",
         "sigma": 0.1,
         "noise": 0.1,
         "control_interval": 12,

@@ -5,52 +5,23 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
-from PIL import Image
 
 from experiments import cli
 from experiments.config import EvolveConfig
 from experiments.report.conditions import find_runs, gather, per_run
 from experiments.report.figures import FIGURES
 from tests.experiments.finished_runs import (
-    read_csv,
     write_csv,
     write_evaluation,
     write_freezing,
-    write_generalization,
     write_inner_life,
-    write_paired,
     write_run,
 )
+from tests.experiments.report.drawing import draw
 
 SMALL = EvolveConfig(generations=4, population=8)
 MLP = replace(SMALL, controller="mlp")
-
-
-@pytest.fixture
-def out(tmp_path: Path) -> Path:
-    (tmp_path / "out").mkdir()
-    return tmp_path / "out"
-
-
-@pytest.fixture
-def root(tmp_path: Path) -> Path:
-    return tmp_path / "runs"
-
-
-def draw(name: str, root: Path, out: Path) -> list[dict[str, str]]:
-    """The table of a figure; its pictures are looked at."""
-    files = FIGURES[name](find_runs([root]), out)
-    by_suffix = {path.suffix: path for path in files if path.stem == name}
-    assert set(by_suffix) == {".png", ".pdf", ".csv", ".md"}
-    assert by_suffix[".pdf"].read_bytes().startswith(b"%PDF")
-    with Image.open(by_suffix[".png"]) as image:
-        assert min(image.size) > 200
-        assert image.info["dpi"][0] == pytest.approx(200, abs=1)
-        pixels = np.asarray(image.convert("L"))
-    assert 0.01 < (pixels < 250).mean() < 0.7  # something is drawn, and most is paper
-    return read_csv(by_suffix[".csv"])
 
 
 def test_effectiveness_compares_the_controllers_of_each_body(root: Path, out: Path) -> None:
@@ -81,38 +52,13 @@ def test_evolution_shows_the_median_of_runs(root: Path, out: Path) -> None:
     assert float(rows[-1]["deviation"]) == 2.0
 
 
-def test_when_a_gait_is_found(root: Path, out: Path) -> None:
-    write_run(root, SMALL, [4.0, 2.0, 0.5])  # above 1 m/s in generations 2 and 3, and never
-    write_run(root, MLP, [0.5, 0.5, 0.5])
-    ours, theirs = draw("takeoff", root, out)
-    assert (ours["controller"], ours["n"], ours["took_off"]) == ("Hebbian", "3", "2")
-    assert float(ours["median_generation"]) == 3
-    assert theirs["median_generation"] == theirs["p"] == "nan"
-    assert 0.05 < float(ours["p"]) == float(ours["p_holm"]) < 0.2
-
-
-def test_aggregates_over_apparatuses(root: Path, out: Path) -> None:
-    for sensors, ours, theirs in (("low", 8.0, 2.0), ("high", 4.0, 4.0)):
-        write_run(root, replace(SMALL, sensors=sensors), [ours] * 4)
-        write_run(root, replace(MLP, sensors=sensors), [theirs] * 4)
-    hebbian, mlp = draw("profiles", root, out)
-    assert (hebbian["controller"], hebbian["apparatuses"], hebbian["n"]) == (
-        "Hebbian",
-        "low, high",
-        "8",
-    )
-    assert (float(hebbian["iqm"]), float(mlp["iqm"])) == (6.0, 3.0)
-    assert float(hebbian["a12"]) == 0.75  # always faster at one, even at the other
-    assert mlp["a12"] == ""
-
-
 def test_generalization_tests_runs_and_tells_the_pooled_p(root: Path, out: Path) -> None:
     ours = write_run(root, SMALL, [8.0, 9.0, 7.0])
     theirs = write_run(root, MLP, [1.0, 2.0, 3.0])
     write_evaluation(ours, SMALL, [[8, 4, 6], [5, 5.5, 7], [9, 8, float("nan")]])
     write_evaluation(theirs, MLP, [[1, 1.5, 2], [0.5, 2.5, 3], [0, 3.5, 2.2]])
     (row,) = draw("generalization", root, out)
-    # Medians of the runs are 6, 5.5 and 8, where the failed life is the worst.
+    # Medians of the runs are 6, 5.5 and 8, where the failed episode is the worst.
     assert float(row["median_first"]) == 6
     assert float(row["median_second"]) == 2.2
     assert float(row["p"]) == pytest.approx(0.1)
@@ -175,64 +121,6 @@ def test_each_variant_has_its_figure(root: Path, out: Path) -> None:
     assert sorted(labels) == ["Hebbian", "U(-1, 1)", "normalized", "without C", "η evolved"]
     (row,) = draw("learning_rate", root, out)
     assert row["first"] == "η evolved"
-
-
-def test_controls_are_compared_with_the_plastic_network(root: Path, out: Path) -> None:
-    write_run(root, SMALL, [5.0, 6.0, 7.0])
-    write_run(root, MLP, [1.0])
-    assert FIGURES["controls"](find_runs([root]), out) == []
-    write_run(root, replace(MLP, gain=30.0, bias=True), [4.0])
-    write_run(root, replace(MLP, controller="rnn", gain=30.0), [3.0])
-    write_run(root, replace(SMALL, control_interval=12), [2.0])
-    write_run(root, replace(SMALL, normalize="l2"), [9.0])  # no control
-    rows = draw("controls", root, out)
-    assert [row["first"] for row in rows] == [
-        "MLP",
-        "MLP, gain 30, biases",
-        "RNN, gain 30",
-        "every 12 steps",
-    ]
-    assert {row["second"] for row in rows} == {"Hebbian"}
-    (row,) = draw("control_interval", root, out)
-    assert (row["first"], float(row["median_first"])) == ("every 12 steps", 2.0)
-
-
-def test_settings_unlike_the_evolution(root: Path, out: Path) -> None:
-    for config, unseen in ((SMALL, [3.0, 4.0, 5.0]), (MLP, [1.0, 2.0, 3.0])):
-        write_generalization(write_run(root, config, unseen), [9.0] * 3, unseen)
-    rows = draw("settings", root, out)
-    assert [row["where"] for row in rows] == [
-        "biped-4x3 low training",
-        "biped-4x3 low unseen",
-    ]
-    assert (float(rows[1]["median_first"]), float(rows[1]["median_second"])) == (4.0, 2.0)
-
-
-def test_what_becomes_innate(root: Path, out: Path) -> None:
-    folder = write_run(root, SMALL, [3.0, 5.0, 4.0])
-    write_paired(folder, plastic=[3.0, 5.0, 4.0], frozen=[2.0, 2.0, 1.0], generation=4)
-    rows = draw("innateness", root, out)
-    assert [
-        (row["controller"], float(row["generation"]), float(row["median"])) for row in rows
-    ] == [
-        ("still learning", 4, 4.0),
-        ("frozen at 20 s", 4, 2.0),
-    ]
-
-
-def test_further_rules_are_compared_with_the_papers(root: Path, out: Path) -> None:
-    write_run(root, SMALL, [5.0, 6.0, 7.0])
-    write_run(root, replace(SMALL, eta="evolved"), [5.0])
-    for name in ("neuron_rules", "attractors"):
-        assert FIGURES[name](find_runs([root]), out) == []
-    write_run(root, replace(SMALL, sharing="neuron", eta="evolved"), [4.0])
-    write_run(root, replace(SMALL, normalize="max", average=10, every=4), [3.0])
-    assert [row["first"] for row in draw("neuron_rules", root, out)] == [
-        "neuron-centric, η evolved",
-        "η evolved",
-    ]
-    (row,) = draw("attractors", root, out)
-    assert float(row["median_first"]) == 3.0
 
 
 def test_inner_life(root: Path, out: Path) -> None:
