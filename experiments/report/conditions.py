@@ -221,7 +221,9 @@ class _Columns(dict[str, NDArray[Any]]):
 def _read(path: Path) -> Table:
     with readable(path), path.open(newline="", encoding="utf-8-sig") as file:
         header, *rows = csv.reader(file)
-        columns: Sequence[Sequence[str]] = list(zip(*rows, strict=True)) or [()] * len(header)
+        if not rows:
+            raise ValueError("it has no rows")
+        columns: Sequence[Sequence[str]] = list(zip(*rows, strict=True))
         table = {name: _numbers(column) for name, column in zip(header, columns, strict=True)}
     return _Columns(path, table)
 
