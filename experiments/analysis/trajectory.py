@@ -142,10 +142,7 @@ def record(
     scenarios = Scenarios.unseen(config.terrain, [seed])
     episode = start_episode(config, genome[None], scenarios)
     sim = episode.sim
-    broken = np.zeros(sim.n_voxels, dtype=bool)
-    if sim.damage is not None:
-        broken = sim.damage.sample(scenarios.world_seeds[0], sim.n_voxels)
-    course = _Course(weights_every, broken)
+    course = _Course(weights_every)
     course.look_at_weights(0.0, episode.state())
     step = 0
     while step < last:
@@ -158,13 +155,13 @@ def record(
             episode.freeze()
         if ahead > 1:
             episode.run(ahead - 1)
-        in_force = sim.actuation()
+        in_force, broken = sim.actuation(), sim.broken()
         episode.run(1)
         step += ahead
         if sim.failed()[0]:
             break
         if step >= first:
-            course.add(sim, in_force, episode.loop)
+            course.add(sim, in_force, broken, episode.loop)
     if len(course.times) < 2:
         raise ValueError(
             f"start: expected a time before the simulation of this robot fails, got "
@@ -209,20 +206,18 @@ class _Course:
     """A trajectory in the making."""
 
     weights_every: float
-    broken: np.ndarray
     times: list[float] = field(default_factory=list)
     columns: list[tuple[np.ndarray, ...]] = field(default_factory=list)
     activations: list[tuple[np.ndarray, ...]] = field(default_factory=list)
     weight_times: list[float] = field(default_factory=list)
     weights: list[tuple[np.ndarray, ...]] = field(default_factory=list)
 
-    def add(self, sim: Simulator, in_force: Tensor, loop: ControlLoop) -> None:
+    def add(self, sim: Simulator, in_force: Tensor, broken: Tensor, loop: ControlLoop) -> None:
         """Note one instant."""
-        damage = sim.damage
-        is_broken = damage is not None and damage.time <= sim.time - DT / 2 < damage.until
-        columns = (sim.mass_poses(), in_force, sim.area_ratios(), sim.touching(), sim.readings())
+        readings = sim.readings()
+        columns = (sim.mass_poses(), in_force, sim.area_ratios(), sim.touching(), readings, broken)
         self.times.append(sim.time)
-        self.columns.append((*(_of_one(each) for each in columns), self.broken & is_broken))
+        self.columns.append(tuple(_of_one(each) for each in columns))
         if activations := getattr(loop, "activations", None):
             self.activations.append(tuple(_of_one(layer) for layer in activations()))
         if sim.time >= len(self.weight_times) * self.weights_every - DT / 2:

@@ -98,7 +98,10 @@ def draw_frame(
         size = paint.text_size(view)
         paint.caption(canvas, size, [_moment(frame), *caption.splitlines()])
         if legend:
-            paint.legend(canvas, 0.85 * size, 1.2 * size, scale)
+            beside = text_width(_moment(frame), size) + paint.legend_width(0.85 * size) + 2 * size
+            # Above the ruler where there is no room beside the time.
+            middle = 1.2 * size if beside < view.size[0] else view.size[1] - 2.6 * size
+            paint.legend(canvas, 0.85 * size, middle, scale)
 
     return Picture(view.size, palette.SKY, draw)
 

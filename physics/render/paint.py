@@ -11,11 +11,22 @@ from physics.render.canvas import Camera, Canvas, Text, text_width
 from physics.render.frame import Frame, square_corners
 from physics.scene.terrain import Terrain
 
-__all__ = ["caption", "legend", "line_width", "rays", "robot", "ruler", "text_size", "world"]
+__all__ = [
+    "caption",
+    "legend",
+    "legend_width",
+    "line_width",
+    "rays",
+    "robot",
+    "ruler",
+    "text_size",
+    "world",
+]
 
 _TICK_STEPS = (1, 2, 5, 10, 20, 50, 100, 200, 500)  # between labels of the ruler [m]
 _EDGE, _THIN_EDGE = 0.08, 0.035  # of voxels and of their squares [m]
 _HATCH = np.array([0.3, 0.65, 1.0, 1.35, 1.7])  # where lines of the hatch cross a voxel's sides
+_CELLS = 9  # of the scale of colours
 _HIT = 0.22  # half the diagonal of the mark where a ray ends on something [m]
 
 
@@ -112,17 +123,22 @@ def caption(canvas: Canvas, size: float, lines: list[str]) -> None:
 
 def legend(canvas: Canvas, size: float, middle: float, scale: palette.Scale) -> None:
     """Paint the scale of colours at the right, around the height ``middle`` [pixels]."""
-    cells, cell, gap = 9, 0.9 * size, 0.4 * size
+    cell, gap = 0.9 * size, 0.4 * size
     right = canvas.size[0] - size - text_width("expands", size)
-    left = right - gap - cells * cell
+    left = right - gap - _CELLS * cell
     for place, word, anchor in ((left - gap, "contracts", "rm"), (right, "expands", "lm")):
         text = Text((place, middle), word, size, palette.FAINT_INK, anchor, backed=True)
         canvas.text(text)
     low, high = middle - 0.4 * size, middle + 0.4 * size
-    for i, level in enumerate(np.linspace(-1, 1, cells).tolist()):
+    for i, level in enumerate(np.linspace(-1, 1, _CELLS).tolist()):
         x = left + i * cell
         box = np.array([[x, low], [x + cell, low], [x + cell, high], [x, high]])
         canvas.polygon(box, scale.color(level))
+
+
+def legend_width(size: float) -> float:
+    """Width of the scale of colours with its words [pixels], for letters of a size."""
+    return text_width("contracts", size) + text_width("expands", size) + (0.9 * _CELLS + 1.8) * size
 
 
 def text_size(camera: Camera) -> float:

@@ -181,3 +181,15 @@ def test_a_robot_that_stands_gets_one_picture():
     )
     pages = [draw_gait(course, "run 0") for course in (still, moving)]
     assert pages[0].size[1] < 0.8 * pages[1].size[1]
+
+
+def test_broken_voxels_are_those_that_no_longer_act():
+    config = dataclasses.replace(CONFIG, damage="half", eta=0.5)
+    course = record(config, genome(), seed=2)
+    assert not course.broken[course.times < 0.5].any()
+    broken, late = course.broken[-1], course.times > 0.55
+    assert broken.any()
+    assert not broken.all()
+    assert (course.broken[late] == broken).all()
+    assert (course.actuation[late][:, broken] == 0).all()
+    assert (course.actuation[late][:, ~broken] != 0).any(axis=0).all()
