@@ -22,6 +22,7 @@ from physics.scene.terrain import Terrain
 __all__ = ["Batch"]
 
 _POSE_ITEMS = lay.SIN + 1  # of a body: x, y, angle, cosine, sine
+_FAR = 1e30  # where a world without ground ends [m]
 _SPARE = 1.25  # room that grows does so by this much more
 
 
@@ -149,8 +150,10 @@ class Batch:
         bodies = voxels[:, :, : 4 * lay.BODY_ITEMS].unflatten(2, (4, lay.BODY_ITEMS))
         bodies[..., :_POSE_ITEMS] = self._first_poses(chosen).to(states)
         seeds = self._episode_seeds(chosen)
-        numbers = np.stack([self._lifetimes[chosen], seeds & 0xFFFF, seeds >> 16], 1)
-        own = slice(layout.header + lay.H_LIFE, layout.header + lay.H_SEED_HIGH + 1)
+        numbers = np.stack(
+            [self._lifetimes[chosen], seeds & 0xFFFF, seeds >> 16, *self._ground_ends(chosen)], 1
+        )
+        own = slice(layout.header + lay.H_LIFE, layout.header + lay.H_GROUND_END + 1)
         states[:, own] = torch.from_numpy(numbers).to(states)
         if self._conditions is not None:
             self._write_conditions(self._conditions, chosen, states, voxels, layout)
@@ -158,6 +161,12 @@ class Batch:
             times = self._damage_times(self._damage, chosen, seeds)
             voxels[:, :, lay.BREAKS : lay.MENDS + 1] = times.to(states)
         return states
+
+    def _ground_ends(self, chosen: np.ndarray) -> np.ndarray:
+        """Where the grounds of k worlds start and end [m], (2, k)."""
+        if self.terrains is None:
+            return np.array([[-_FAR], [_FAR]]).repeat(len(chosen), 1)
+        return np.array([self.terrains[world].xs[[0, -1]] for world in chosen]).reshape(-1, 2).T
 
     def _write_conditions(
         self,

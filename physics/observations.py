@@ -99,6 +99,11 @@ class Observed:
         """Worlds that became non-finite and were stopped, (N,) bool."""
         return self._state.worlds(self._state.header(lay.H_FAILED)) > 0
 
+    def left_ground(self) -> Tensor:
+        """Worlds that stand still because the robot's centre is beyond the ends of its ground, (N,)
+        bool. It does not count as failure; see `times` for when that was."""
+        return self._state.worlds(self._state.header(lay.H_LEFT)) > 0
+
     def alive(self) -> Tensor:
-        """Whether the last step moved each world, (N,) bool: not failed, not at its end."""
+        """Whether the last step moved each world, (N,) bool: neither failed nor over."""
         return self._state.worlds(self._state.header(lay.H_ALIVE)) > 0

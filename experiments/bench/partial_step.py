@@ -116,7 +116,7 @@ def _step(
         ground_detection.update_window(S, terrain, m, mf, T)
         ground_detection.detect(S, lists, m, T)
     if stages & _MOTION:
-        step.mark_failures(S, m, T)
+        step.mark_ends(S, m, T)
 
 
 class PartialStep:

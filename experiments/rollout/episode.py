@@ -44,7 +44,8 @@ class Episode:
     """N robots at the beginning of their episodes, and then as far as they were run.
 
     The first control step has zero actuation; what the networks answer to its readings acts in
-    the next one. Speed is measured between the ends of the first and of the last step.
+    the next one. Speed is measured between the ends of the first and of the last step; a robot
+    that leaves the ground's ends stops there, and its speed is the mean up to then.
 
     Attributes:
         sim: The N worlds; they are reset.
@@ -136,8 +137,11 @@ class Episode:
     def _speed(self) -> Tensor:
         """Mean velocity along x since the end of the first step [m/s], shape (N,)."""
         assert self._first is not None
-        center, time = self._first
-        return (self._center() - center)[:, 0] / (self.sim.time - time)
+        center, start = self._first
+        distance = (self._center() - center)[:, 0]
+        left = self.sim.left_ground()
+        time = torch.where(left, self.sim.times, self.sim.time) - start
+        return torch.where(left & (time <= 0), 0.0, distance / time)
 
 
 def start_episode(
@@ -198,6 +202,12 @@ def simulator(
     options: dict[str, Any] = {
         "noise": config.noise,
         "control_interval": config.control_interval,
+        "control_delay": config.control_delay,
+        "actuation_cutoff": config.actuation_cutoff,
+        "gravity": config.gravity,
+        "friction": config.friction,
+        "spring_frequency": config.spring_frequency,
+        "spring_damping": config.spring_damping,
         "damage": damage(config),
         "device": config.device,
         "threads": config.threads,

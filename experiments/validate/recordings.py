@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import csv
 import gzip
 import json
@@ -54,6 +55,13 @@ class Table:
     @cached_property
     def _places(self) -> dict[str, int]:
         return {name: place for place, name in enumerate(self.columns)}
+
+    def at(self, column: str, numbers: Sequence[int]) -> Table:
+        """The rows with these integers in a column, in their order."""
+        places = {int(number): row for row, number in enumerate(self.numbers(column))}
+        chosen = copy.copy(self)
+        chosen._rows = [self._rows[places[number]] for number in numbers]
+        return chosen
 
     def text(self, column: str) -> list[str]:
         """A column as it is written."""
@@ -142,6 +150,15 @@ class Recordings:
     def table(self, name: str) -> Table:
         """A table by name."""
         return Table(self._tables[name])
+
+    def matrix(self, name: str) -> np.ndarray:
+        """The numbers of a CSV file without a header, (rows, columns)."""
+        path = self._tables[name]
+        try:
+            with _open(path) as file:
+                return np.loadtxt(file, delimiter=",", ndmin=2)
+        except (OSError, EOFError, ValueError) as error:
+            raise ValueError(f"{path.name}: expected rows of numbers, got: {error}") from error
 
     def document(self, name: str) -> dict[str, Any]:
         """The object in the file ``name``.json; empty if there is no such file."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from functools import partial
 
 import numpy as np
@@ -14,6 +13,7 @@ from physics import Terrain
 __all__ = ["cases"]
 
 _ERROR = Tolerance("at most", 1e-9)
+_AS_MANY = Tolerance("within", 0.0)
 
 
 def cases(recordings: Recordings) -> list[Case | Skip]:
@@ -30,13 +30,14 @@ def cases(recordings: Recordings) -> list[Case | Skip]:
 
 
 def _compare(pairs: list[tuple[Terrain, Terrain]], setting: Setting) -> Outcome:
-    error = max(_difference(recorded, ours) for recorded, ours in pairs)
-    return Outcome(
-        (Row(f"{len(pairs)} terrains", "greatest error of a point [m]", 0.0, error, _ERROR),)
-    )
-
-
-def _difference(recorded: Terrain, ours: Terrain) -> float:
-    if len(recorded.xs) != len(ours.xs):
-        return math.inf
-    return worst(np.stack([recorded.xs - ours.xs, recorded.ys - ours.ys]))
+    rows, errors = [], []
+    for recorded, ours in pairs:
+        if len(recorded.xs) == len(ours.xs):
+            errors.append(worst(np.stack([recorded.xs - ours.xs, recorded.ys - ours.ys])))
+            continue
+        points = float(len(recorded.xs)), float(len(ours.xs))
+        rows.append(Row(recorded.name, "no such profile: points", *points, _AS_MANY))
+    if errors:
+        case = f"{len(errors)} terrains"
+        rows.append(Row(case, "greatest error of a point [m]", 0.0, max(errors), _ERROR))
+    return Outcome(tuple(rows))

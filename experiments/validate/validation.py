@@ -10,12 +10,14 @@ from rich.console import Console
 from experiments.files.outputs import make_room
 from experiments.validate import (
     batches,
+    champions,
     falls,
     flight,
     gaits,
     golden,
     random_genomes,
     sensors,
+    steep,
     steps,
     table,
     terrains,
@@ -83,7 +85,9 @@ def _collect(recordings: Recordings) -> list[Case | Skip]:
         *falls.cases(recordings),
         *sensors.cases(recordings),
         *gaits.cases(recordings),
+        *steep.cases(recordings),
         *random_genomes.cases(recordings),
+        *champions.cases(recordings),
     ]
     if not any(isinstance(case, Case) for case in recorded):
         raise ValueError(

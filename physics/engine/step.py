@@ -64,7 +64,7 @@ def touch(
     detect(S, lists, m, advanced, T)
     if ti.static(T.features.self_collision):
         self_detection.detect(S, lists, m, mi, T)
-    mark_failures(S, m, T)
+    mark_ends(S, m, T)
 
 
 @ti.func
@@ -83,9 +83,10 @@ def detect(S: ti.template(), lists: ti.template(), m: ti.template(), advanced, T
 
 @ti.func
 def count_step(S: ti.template(), m: ti.template(), T: ti.template()):
-    """A world goes on until its last step is done or it has failed."""
+    """A world goes on until its last step is done, it failed or its robot left the ground."""
     h = m.header
     lives = (S[h + lay.H_STEP] < S[h + lay.H_LIFE]) & (S[h + lay.H_FAILED] == T.f(0.0))
+    lives = lives & (S[h + lay.H_LEFT] == T.f(0.0))
     alive = ti.select(lives, T.vec(1.0), T.vec(0.0))
     S[h + lay.H_ALIVE] = alive
     S[h + lay.H_STEP] = S[h + lay.H_STEP] + alive
@@ -113,13 +114,19 @@ def solve_positions(
 
 
 @ti.func
-def mark_failures(S: ti.template(), m: ti.template(), T: ti.template()):
-    """A world fails when a position is no longer a finite number of reasonable size."""
-    total = T.vec(0.0)
+def mark_ends(S: ti.template(), m: ti.template(), T: ti.template()):
+    """A world fails when a position is no longer a finite number of reasonable size; a robot leaves
+    the ground when its centre is beyond the ends of the profile."""
+    zero, one = T.vec(0.0), T.vec(1.0)
+    total = zero
+    center = zero
     for v in range(m.voxels):
         for k in range(4):
             body = S.at[v * lay.VOXEL_ITEMS + k * lay.BODY_ITEMS]
             total += magnitude(body[lay.X], T) + magnitude(body[lay.Y], T)
-    sound = total < T.f(1e9)
-    o = m.header + lay.H_FAILED
-    S[o] = ti.select(sound, S[o], T.vec(1.0))
+            center += body[lay.X]
+    header = S.at[m.header]
+    header[lay.H_FAILED] = ti.select(total < T.f(1e9), header[lay.H_FAILED], one)
+    center = center / ti.cast(4 * m.voxels, T.f)
+    left = (center < header[lay.H_GROUND_START]) | (center > header[lay.H_GROUND_END])
+    header[lay.H_LEFT] = ti.select(left, one, zero)

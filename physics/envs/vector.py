@@ -154,7 +154,7 @@ class VoxelVectorEnv(VectorEnv):
         self._before = after
         self._age += 1
         failed = self.sim.failed()
-        terminated = failed | _left_ground(self.sim)
+        terminated = failed | self.sim.left_ground()
         truncated = (self._age >= self.episode_steps) & ~terminated
         observations = self._cleaned(readings, failed)
         infos = self._infos()
@@ -286,7 +286,3 @@ def _spaces(sim: Simulator, noisy: bool) -> tuple[Box, Box]:
     dtype: Any = torch.empty(0, dtype=sim.dtype).numpy().dtype
     low, high = (-np.inf, np.inf) if noisy else (0.0, 1.0)
     return Box(low, high, (sim.n_readings,), dtype), Box(-1.0, 1.0, (sim.n_voxels,), dtype)
-
-
-def _left_ground(sim: Simulator) -> Tensor:
-    return sim.left_ground() if hasattr(sim, "left_ground") else torch.zeros_like(sim.failed())

@@ -6,6 +6,7 @@ Square ``c`` (0 NW, 1 NE, 2 SE, 3 SW) of voxel ``v`` is body ``4 v + c``.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -46,15 +47,17 @@ class Morphology:
         ============  ====================================================================
         box-WxH       full rectangle, W voxels wide and H high
         worm-WxH      the same (the paper's worm is worm-7x1)
-        biped-WxH     box with two legs, the outer columns (the paper's is biped-4x3)
-        tripod-WxH    box with three legs: the outer columns and the middle
+        biped-WxH     box without the middle columns, from W/4 to before 3W/4, in its lower
+                      rows (the paper's is biped-4x3)
+        tripod-WxH    box with legs of one column: 0, W/2 and W-1
         comb-WxH      box with a leg at every other column, from the left
         T-WxH         the top row and the middle column
-        ball-D        the cells of a DxD box whose centre lies in the disc of diameter D
+        ball-D        the cells of a DxD box whose centre is, rounded to whole cells, at most
+                      D/2 from the middle
         ============  ====================================================================
 
-        Legs take the lower half of the rows, rounded down: one row of 3, two rows of 4.
-        The middle is one column if W is odd and two if it is even.
+        Divisions are of integers. Legs take the lower half of the rows, H/2 of them: one row of
+        3, two of 4. The middle column of T is two columns if W is even.
 
         Raises:
             ValueError: if the name is unknown, or its sizes leave nothing to tell legs apart.
@@ -219,25 +222,28 @@ _EVOGYM = {
     4: material.ACTUATED,
 }  # materials of EvoGym's codes
 
-_NAME = re.compile(r"(?P<family>[A-Za-z]+)-(?P<width>[1-9]\d{0,2})(x(?P<height>[1-9]\d{0,2}))?")
+_NAME = re.compile(
+    r"(?P<family>[A-Za-z]+)-(?P<width>[1-9][0-9]{0,2})(x(?P<height>[1-9][0-9]{0,2}))?"
+)
 
 
 def _is_middle(x: int, width: int) -> bool:
     return abs(2 * x - (width - 1)) < 2
 
 
-def _is_outer(x: int, width: int) -> bool:
-    return x in (0, width - 1)
+def _is_in_ball(x: int, y: int, diameter: int) -> bool:
+    distance = math.hypot(2 * x + 1 - diameter, 2 * y + 1 - diameter) / 2
+    return math.floor(distance + 0.5) <= diameter // 2
 
 
 # Whether cell (x, y from the bottom) of a (width, height) box holds a voxel; least sizes.
 _FAMILIES: dict[str, tuple[Callable[[int, int, int, int], bool], int, int]] = {
     "box": (lambda x, y, w, h: True, 1, 1),
     "worm": (lambda x, y, w, h: True, 1, 1),
-    "biped": (lambda x, y, w, h: y >= h // 2 or _is_outer(x, w), 3, 2),
-    "tripod": (lambda x, y, w, h: y >= h // 2 or _is_outer(x, w) or _is_middle(x, w), 5, 2),
+    "biped": (lambda x, y, w, h: y >= h // 2 or not w // 4 <= x < 3 * w // 4, 3, 2),
+    "tripod": (lambda x, y, w, h: y >= h // 2 or x in (0, w // 2, w - 1), 5, 2),
     "comb": (lambda x, y, w, h: y >= h // 2 or x % 2 == 0, 3, 2),
     "T": (lambda x, y, w, h: y == h - 1 or _is_middle(x, w), 3, 2),
-    "ball": (lambda x, y, w, h: (2 * x + 1 - w) ** 2 + (2 * y + 1 - h) ** 2 <= w * h, 1, 1),
+    "ball": (lambda x, y, w, h: _is_in_ball(x, y, w), 1, 1),
 }
 _FORMS = [f"{family}-D" if family == "ball" else f"{family}-WxH" for family in _FAMILIES]

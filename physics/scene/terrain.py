@@ -1,19 +1,20 @@
 """Ground profiles: straight segments through (xs, ys), with walls at both ends.
 
-Random profiles are drawn with the generator of the Java platform (the linear congruential
-generator and polar normal method that its public documentation specifies), so that a terrain
-of the reference simulator and ours of the same name are one and the same.
+Random profiles are drawn with the generator of the Java platform, so that a terrain of the
+reference simulator and ours of the same name are one and the same.
 """
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
+
+from physics.scene.java_random import JavaRandom, java_gaussian_pairs
 
 __all__ = ["Terrain"]
 
@@ -22,8 +23,9 @@ _WALL_WIDTH, _WALL_TOP = 10.0, 100.0  # [m]
 _FLAT_HEIGHT = 5.0  # [m]
 _DEPTH = 50.0  # of solid ground under the lowest point [m]
 _STEP_RAMP = 0.5  # horizontal length of a step of "steppy" [m]
-_UNEVEN_START = 30.0  # of "flatWithStart" [m]
-_UNEVEN_HEIGHT, _UNEVEN_LENGTH = 0.5, 3.0  # its bumps [m]
+_TILTED_LENGTH = 24.0  # of the start of "flatWithStart" [m]
+_GREATEST_TILT = math.radians(10)
+_FARTHEST = 1e7  # coordinate: beyond it float32 rounds to metres [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,10 +50,11 @@ class Terrain:
         flat               level at 5 m
         hilly-h-w-seed     a random walk: steps of max(1, (0.25 g + 1) w) m across and g' h
                            up, g and g' standard normal
-        steppy-h-w-seed    the same steps as level treads joined by ramps 0.5 m long
-        uphill-a           a slope that rises by a degrees, from 5 m
-        downhill-a         a slope that falls by a degrees, from 5 m
-        flatWithStart-seed 30 m of small random bumps (0.5 m every 3 m), then level: each
+        steppy-h-w-seed    level treads as long as these steps, each followed by a ramp 0.5 m long
+                           and g' h high
+        uphill-a           rises from 5 m by sin a for every metre across, a in degrees
+        downhill-a         falls to 5 m likewise
+        flatWithStart-seed 24 m tilted by up to 10 degrees, at random, then level at 5 m: each
                            seed makes the robot start in another pose
         =================  ===============================================================
 
@@ -61,8 +64,8 @@ class Terrain:
                 or has no seed, is the same whatever it is.
 
         Raises:
-            ValueError: if the name is unknown, has another number of fields, or a field is not
-                a number in range.
+            ValueError: if the name is unknown, has another number of fields, a field is not a
+                number in range, or the ground would reach farther than 1e7 m.
         """
         family, *fields = name.split("-") if isinstance(name, str) else ("",)
         if family not in _FAMILIES:
@@ -78,7 +81,9 @@ class Terrain:
                 f"({len(fields)} field(s))"
             )
         values = [_parse(field, text, name) for field, text in zip(expected, fields, strict=True)]
-        xs, ys = build(*values)
+        with np.errstate(over="ignore", invalid="ignore"):
+            xs, ys = build(*values)
+        _check_extent(xs, ys, name)
         return cls._of_arrays(xs, ys, name)
 
     @classmethod
@@ -91,7 +96,8 @@ class Terrain:
             name: its name.
 
         Raises:
-            ValueError: if the points are too few, not finite, not paired or not increasing in x.
+            ValueError: if the points are too few, not finite, not paired, not increasing in x or
+                farther than 1e7 m.
         """
         xs, ys = np.array(xs, dtype=np.float64), np.array(ys, dtype=np.float64)
         if xs.ndim != 1 or xs.shape != ys.shape or len(xs) < 2:
@@ -108,6 +114,7 @@ class Terrain:
                 f"terrain: expected increasing xs, got xs[{at}] = {xs[at]}, "
                 f"xs[{at + 1}] = {xs[at + 1]}; sort the points and drop repeated ones"
             )
+        _check_extent(xs, ys, name)
         return cls._of_arrays(xs, ys, name)
 
     @classmethod
@@ -135,12 +142,13 @@ class Terrain:
 
 
 def _parse(field: str, text: str, name: str) -> float | int:
-    """The value of one field of a name; see _FAMILIES for what the letters stand for."""
+    """The value of one field of a name; see _FIELDS for what the letters stand for."""
     wanted, accept = _FIELDS[field]
-    try:
-        value = int(text) if field == "seed" else float(text)
-    except ValueError:
-        value = math.nan
+    value: float | int = math.nan
+    if field == "seed":
+        value = int(text) if _INTEGER.fullmatch(text) else math.nan
+    elif _DECIMAL.fullmatch(text):
+        value = float(text)
     if not (math.isfinite(value) and accept(value)):
         raise ValueError(f"terrain: expected {field} = {wanted}, got {text!r} in {name!r}")
     return value
@@ -160,9 +168,8 @@ def _walled(xs: np.ndarray, ys: np.ndarray, left: float, right: float) -> Profil
 
 
 def _slope(degrees: float) -> Profile:
-    ends = np.array(
-        [_FLAT_HEIGHT, _FLAT_HEIGHT + (_END - _START) * math.tan(math.radians(degrees))]
-    )
+    rise = (_END - _START) * math.sin(math.radians(degrees))
+    ends = _FLAT_HEIGHT + np.array([max(0.0, -rise), max(0.0, rise)])
     wall = _WALL_TOP - _FLAT_HEIGHT
     return _walled(np.array([_START, _END]), ends, ends[0] + wall, ends[1] + wall)
 
@@ -173,26 +180,32 @@ def _hilly(h: float, w: float, seed: int) -> Profile:
 
 
 def _steppy(h: float, w: float, seed: int) -> Profile:
-    xs, ys = _walk(h, w, seed, until=_END)
-    # A tread is level up to a ramp that ends where the next tread begins (treads are >= 1 m).
-    xs = np.stack((xs[1:] - _STEP_RAMP, xs[1:]), axis=1).ravel()
-    ys = np.stack((ys[:-1], ys[1:]), axis=1).ravel()
+    starts, heights = _walk(h, w, seed, until=_END, pause=_STEP_RAMP)
+    # A tread is level up to the ramp, at whose end the next one begins.
+    xs = np.stack((starts[1:] - _STEP_RAMP, starts[1:]), axis=1).ravel()
+    ys = np.stack((heights[:-1], heights[1:]), axis=1).ravel()
     xs, ys = np.concatenate(([_START], xs)), np.concatenate(([0.0], ys))
     return _walled(xs, ys, _WALL_TOP, _WALL_TOP)
 
 
 def _flat_with_start(seed: int) -> Profile:
-    xs, ys = _walk(_UNEVEN_HEIGHT, _UNEVEN_LENGTH, seed, until=_START + _UNEVEN_START)
-    xs, ys = np.append(xs, _END), np.append(ys, ys[-1])
+    numbers = JavaRandom(seed)
+    for _ in range(numbers.below(10) + 10):
+        numbers.uniform()
+    tilt = _GREATEST_TILT * (2 * numbers.uniform() - 1)
+    xs = np.array([_START, _START + _TILTED_LENGTH, _END])
+    ys = _FLAT_HEIGHT + np.array([_TILTED_LENGTH * math.sin(tilt), 0.0, 0.0])
     return _walled(xs, ys, _WALL_TOP, _WALL_TOP)
 
 
-def _walk(h: float, w: float, seed: int, until: float) -> Profile:
-    """The random walk of "hilly" from (10, 0) to its first point at or beyond ``until``."""
+def _walk(h: float, w: float, seed: int, until: float, pause: float = 0.0) -> Profile:
+    """The random walk of "hilly" from (10, 0) to its first point at or beyond ``until``, with
+    steps longer by ``pause``."""
     attempts = 32 + int(1.4 * (until - _START) / max(w, 1.0))  # mostly enough; never too few
     while True:
         across, up = java_gaussian_pairs(seed, attempts)
-        xs = np.cumsum(np.concatenate(([_START], np.maximum(1.0, (across * 0.25 + 1.0) * w))))
+        steps = np.maximum(1.0, (across * 0.25 + 1.0) * w) + pause
+        xs = np.cumsum(np.concatenate(([_START], steps)))
         if xs[-1] >= until:
             points = int(np.searchsorted(xs, until)) + 1
             ys = np.cumsum(np.concatenate(([0.0], up[: points - 1] * h)))
@@ -200,47 +213,17 @@ def _walk(h: float, w: float, seed: int, until: float) -> Profile:
         attempts *= 2
 
 
-# --- java.util.Random ---------------------------------------------------------------------------
-
-_MULTIPLIER, _INCREMENT, _MASK = 0x5DEECE66D, 0xB, (1 << 48) - 1
-
-
-@lru_cache(maxsize=8)
-def _jumps(n: int) -> tuple[np.ndarray, np.ndarray]:
-    """(m_k, c_k), k = 1..n, such that the k-th state after s is m_k s + c_k (mod 2^48).
-
-    uint64 wraps around modulo 2^64, which keeps the low 48 bits right.
-    """
-    multipliers = np.cumprod(np.full(n, _MULTIPLIER, dtype=np.uint64))
-    sums = np.cumsum(np.concatenate((np.ones(1, np.uint64), multipliers[:-1])))
-    return multipliers, sums * np.uint64(_INCREMENT)
+def _check_extent(xs: np.ndarray, ys: np.ndarray, name: str) -> None:
+    if not (np.abs(xs).max() <= _FARTHEST and np.abs(ys).max() <= _FARTHEST):  # nor is NaN
+        raise ValueError(
+            f"terrain: expected coordinates within {_FARTHEST:g} m, got farther ones in {name!r}"
+        )
 
 
-def java_gaussian_pairs(seed: int, attempts: int) -> tuple[np.ndarray, np.ndarray]:
-    """Successive pairs of ``java.util.Random(seed).nextGaussian()``.
+# --- the catalogue ------------------------------------------------------------------------------
 
-    Args:
-        seed: the generator's seed, an integer >= 0; its low 48 bits count.
-        attempts: trials of the polar method, of which pi/4 on average give a pair.
-
-    Returns:
-        The first and the second of each pair, two arrays of equal length <= attempts.
-    """
-    multipliers, increments = _jumps(4 * attempts)
-    state = np.uint64((seed ^ _MULTIPLIER) & _MASK)
-    states = (multipliers * state + increments) & np.uint64(_MASK)
-    # nextDouble: 26 bits of one state and 27 of the next.
-    high, low = states[0::2] >> np.uint64(22), states[1::2] >> np.uint64(21)
-    doubles = ((high << np.uint64(27)) + low).astype(np.float64) * 2.0**-53
-    v = 2.0 * doubles - 1.0
-    v1, v2 = v[0::2], v[1::2]
-    square = v1 * v1 + v2 * v2
-    accepted = (square < 1.0) & (square != 0.0)
-    v1, v2, square = v1[accepted], v2[accepted], square[accepted]
-    scale = np.sqrt(-2.0 * np.log(square) / square)
-    return v1 * scale, v2 * scale
-
-
+_INTEGER = re.compile("[0-9]{1,18}")
+_DECIMAL = re.compile(r"([0-9]+\.?[0-9]*|\.[0-9]+)([eE]\+?[0-9]{1,3})?")
 _FIELDS: dict[str, tuple[str, Callable[[float], bool]]] = {
     "h": ("a height >= 0 [m]", lambda value: value >= 0),
     "w": ("a length > 0 [m]", lambda value: value > 0),

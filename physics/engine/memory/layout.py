@@ -94,11 +94,12 @@ FIRMNESS, RELAX, BIAS, ACTUATED = range(MENDS + 1, MENDS + 5)
 VOXEL_ITEMS = ACTUATED + 1
 
 # The header of a group.
-H_STEP, H_FAILED, H_ALIVE, H_LIVE, H_LIFE, H_SEED_LOW, H_SEED_HIGH = range(7)
-H_WINDOW_LOW, H_WINDOW_HIGH, H_WINDOW_BASE, H_WINDOW_TOP = range(7, 11)
-H_PLACE, H_LENGTH = range(11, 13)  # of the sensor window that is averaged just now
-H_GRAVITY, H_FRICTION = range(13, 15)  # where they are not the same for all worlds
-HEADER_ITEMS = 15
+H_STEP, H_FAILED, H_LEFT, H_ALIVE, H_LIVE = range(5)  # LEFT: 1 where beyond the ground's ends
+H_LIFE, H_SEED_LOW, H_SEED_HIGH, H_GROUND_START, H_GROUND_END = range(5, 10)  # of an episode
+H_WINDOW_LOW, H_WINDOW_HIGH, H_WINDOW_BASE, H_WINDOW_TOP = range(10, 14)
+H_PLACE, H_LENGTH = range(14, 16)  # of the sensor window that is averaged just now
+H_GRAVITY, H_FRICTION = range(16, 18)  # where they are not the same for all worlds
+HEADER_ITEMS = 18
 
 # A weld: axis (unit vector from body 2's centre to the anchor), impulse.
 WE_UX, WE_UY, WE_PX, WE_PY, WE_PW = range(5)

@@ -16,6 +16,7 @@ from experiments.validate import (
     gaits,
     golden,
     sensors,
+    steep,
     steps,
     terrains,
     validate,
@@ -23,7 +24,7 @@ from experiments.validate import (
 )
 from experiments.validate.case import Case, Row, Skip, Tolerance
 from experiments.validate.recordings import Recordings
-from physics import Engine
+from physics import Engine, Terrain
 from tests.experiments.commands import hebbtorch
 from tests.experiments.validate.validations import OWN, own_rows, rows_of
 
@@ -128,7 +129,10 @@ def test_the_own_copy_holds_every_kind_of_case() -> None:
     assert not [case for case in found if isinstance(case, Skip)]
     kinds = {case.name.split(" ")[0].split("_")[0] for case in found if isinstance(case, Case)}
     assert kinds >= {"terrains", "hebbian", "closedloop", "single", "two", "four", "passive"}
-    assert kinds >= {"sensors", "gaits", "gen0", "rest", "free", "batches"}
+    assert kinds >= {"sensors", "gaits", "gen0", "rest", "free", "batches", "champions"}
+    assert {"gaits worm-7x1 uphill-5", "gaits biped-4x3 steps"} <= {
+        case.name for case in found if isinstance(case, Case)
+    }
     assert sum(path.stat().st_size for path in OWN.iterdir()) < 4e6
 
 
@@ -138,6 +142,26 @@ def test_the_quick_cases_of_the_own_copy_pass() -> None:
     rows = rows_of([case for module in modules for case in module.cases(recordings)])
     rows += rows_of([*falls.own_cases(), *flight.cases(recordings)])
     assert [row for row in rows if not row.passes] == []
+
+
+def test_gaits_on_slopes_pass_and_fail_without_friction() -> None:
+    cases = [case for case in steep.cases(Recordings(OWN)) if "uphill" in case_name(case)]
+    assert [row.passes for row in rows_of(cases)] == [True, True]
+    assert not all(row.passes for row in rows_of(cases, Engine(friction=0.5)))
+
+
+def case_name(case: Case | Skip) -> str:
+    return case.name if isinstance(case, Case) else case.case
+
+
+def test_another_profile_than_recorded_is_named(tmp_path: Path) -> None:
+    terrain = Terrain.from_name("hilly-3-30-4")
+    points = {"xs": terrain.xs[:-1].tolist(), "ys": terrain.ys[:-1].tolist()}
+    (tmp_path / "terrains.json").write_text(json.dumps({"hilly-3-30-4": points}))
+    (row,) = rows_of(terrains.cases(Recordings(tmp_path)))
+    assert (row.case, row.measure) == ("hilly-3-30-4", "no such profile: points")
+    assert row.ours == row.reference + 1
+    assert not row.passes
 
 
 def test_a_rule_without_its_columns_is_skipped(small: Path) -> None:

@@ -95,8 +95,8 @@ def test_steps_of_any_shape_plain_or_compressed(tmp_path: Path) -> None:
     (tmp_path / "my_voxel_step.csv.gz").write_bytes(gzip.compress(path.read_bytes()))
     path.unlink()
     assert rows_of(list(steps.cases(Recordings(tmp_path)))) == plain
-    for row in plain:
-        assert row.ours < (1e-15 if "f64" in row.case else 1e-5)
+    for row in plain:  # in float32 rounding decides whether squares at a corner touch
+        assert row.ours < (1e-15 if "f64" in row.case else 1e-3)
 
 
 # --- closed loop --------------------------------------------------------------------------------

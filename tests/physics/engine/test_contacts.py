@@ -193,20 +193,46 @@ def test_the_ground_is_felt_along_the_whole_terrain(ground):
         assert bool(sim.touching().any()) == (depth > 0)
 
 
-def test_ground_ends_where_its_profile_ends():
-    """Beyond, a robot falls, whatever longer terrains are in the batch."""
+def test_a_robot_that_leaves_the_ground_stands_still():
+    """It slides off an end; whatever longer terrains are in the batch."""
     short = Terrain.from_profile([0.0, 30.0], [5.0, 5.0])
     long = Terrain.from_profile(np.arange(0.0, 80.0, 10.0), np.full(8, 5.0))
-    falls = []
+    ends = []
     for terrains in ([short], [short, long]):
         sim = Simulator("worm-2x1", terrains, len(terrains), dtype=DOUBLE)
-        sim.set_poses(at(sim, 34.0, 6.5))
-        sim.run(torch.zeros(60, len(terrains), 2))
-        falls.append(sim.mass_poses()[0])
-        if len(terrains) == 2:
-            assert sim.center_of_mass()[1, 1] > 6.4
-    assert falls[0][..., 1].max() < 5.0
-    assert torch.equal(*falls)
+        poses = at(sim, 26.0, 6.5)
+        velocities = torch.zeros_like(poses)
+        velocities[..., 0] = 9.0
+        sim.set_poses(poses, velocities)
+        while not bool(sim.left_ground()[0]):
+            sim.step(torch.zeros(len(terrains), 2))
+        gone = sim.mass_poses()[0]
+        time = sim.times[0]
+        sim.run(torch.ones(60, len(terrains), 2))
+        ends.append(sim.mass_poses()[0])
+        assert torch.equal(ends[-1], gone)
+        assert not sim.failed().any()
+        assert sim.times[0] == time
+        assert 30.0 < sim.center_of_mass()[0, 0] < 30.2
+        assert not sim.mass_velocities()[0].any()
+    assert sim.left_ground().tolist() == [True, False]
+    assert sim.center_of_mass()[1, 0] > 30.2
+    assert torch.equal(*ends)
+    sim.reset()
+    assert not sim.left_ground().any()
+
+
+def test_a_robot_stands_still_beside_a_ground_elsewhere():
+    elsewhere = Terrain.from_profile([100.0, 200.0], [5.0, 5.0])
+    sim = Simulator("worm-2x1", [elsewhere, FLAT], 2)
+    assert sim.left_ground().tolist() == [True, False]
+    start = sim.mass_poses()
+    sim.run(torch.zeros(60, 2, 2))
+    assert torch.equal(sim.mass_poses()[0], start[0])
+    assert not torch.equal(sim.mass_poses()[1], start[1])
+    sim.set_poses(at(sim, 150.0, 7.0).float())
+    assert not sim.left_ground().any()
+    assert not Simulator("worm-2x1", None).left_ground().any()
 
 
 def test_a_wall_stops_a_robot():

@@ -3,7 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from physics.scene.terrain import Terrain, java_gaussian_pairs
+from physics.scene.java_random import JavaRandom, java_gaussian_pairs
+from physics.scene.terrain import Terrain
 from tests.reference import load
 
 
@@ -61,32 +62,50 @@ def test_short_bumps_reach_the_end_too():
     assert terrain.ys[1:-1] == pytest.approx(ys, abs=1e-9)
 
 
-def test_steppy_has_the_hills_heights_on_level_treads():
-    hills, steps = Terrain.from_name("hilly-1.5-20-4"), Terrain.from_name("steppy-1.5-20-4")
-    assert (np.diff(steps.xs) > 0).all()
-    starts, heights = hills.xs[1:-2], hills.ys[1:-2]
-    for share in (0.0, 0.3):  # of a tread, well before its ramp
-        x = starts + share * np.diff(hills.xs[1:-1])
-        assert steps.height(x) == pytest.approx(heights, abs=1e-9)
-    ramp = hills.xs[2:-1] - 0.25
-    assert steps.height(ramp) == pytest.approx((hills.ys[1:-2] + hills.ys[2:-1]) / 2, abs=1e-9)
+def test_steppy_is_level_treads_each_with_a_ramp_behind_it():
+    terrain = Terrain.from_name("steppy-1.5-4-4")
+    g = java_gaussians(4, 2000)
+    xs, ys = [10.0], [0.0]
+    for across, up in zip(g[0::2], g[1::2], strict=True):
+        if xs[-1] >= 1990:
+            break
+        xs += [xs[-1] + max(1.0, (across * 0.25 + 1.0) * 4.0)]
+        xs += [xs[-1] + 0.5]
+        ys += [ys[-1], ys[-1] + up * 1.5]
+    assert terrain.xs[1:-1] == pytest.approx(xs, abs=1e-9)
+    assert terrain.ys[1:-1] == pytest.approx(ys, abs=1e-9)
 
 
-@pytest.mark.parametrize(("name", "sign"), [("uphill-10", 1), ("downhill-10.0", -1)])
-def test_slopes(name, sign):
+@pytest.mark.parametrize(
+    ("name", "start", "end"),  # as recorded
+    [
+        ("uphill-5", 5.0, 177.56837064036316),
+        ("downhill-10.0", 348.82339178052206, 5.0),
+    ],
+)
+def test_slopes(name, start, end):
     terrain = Terrain.from_name(name)
-    x = np.array([10.0, 500.0, 1990.0])
-    expected = 5.0 + sign * math.tan(math.radians(10)) * (x - 10.0)
-    assert terrain.height(x) == pytest.approx(expected, abs=1e-9)
-    assert terrain.ys[0] - terrain.ys[1] == terrain.ys[-1] - terrain.ys[-2] == 95.0
+    x = np.array([10.0, 1000.0, 1990.0])
+    assert terrain.height(x) == pytest.approx([start, (start + end) / 2, end], abs=1e-9)
+    walls = terrain.ys[0] - terrain.ys[1], terrain.ys[-1] - terrain.ys[-2]
+    assert walls == pytest.approx((95.0, 95.0), abs=1e-9)
 
 
-def test_flat_with_start_is_uneven_under_the_robot_and_then_level():
-    one, two = (Terrain.from_name(f"flatWithStart-{seed}") for seed in (1, 2))
-    near, far = np.linspace(11, 32, 50), np.linspace(50, 1990, 50)
-    assert np.ptp(one.height(near)) > 0.2
-    assert np.ptp(one.height(far)) == 0.0
-    assert np.abs(one.height(near) - two.height(near)).max() > 0.2
+def test_random_integers_and_uniform_numbers_are_those_of_java():
+    """Published values of java.util.Random(42): nextInt(10) twice; nextDouble()."""
+    numbers = JavaRandom(42)
+    assert [numbers.below(10), numbers.below(10)] == [0, 3]
+    assert JavaRandom(42).uniform() == pytest.approx(0.7275636800328681, abs=1e-16)
+
+
+def test_flat_with_start_is_tilted_under_the_robot_and_then_level():
+    tilts = []
+    for seed in range(40):
+        terrain = Terrain.from_name(f"flatWithStart-{seed}")
+        assert terrain.xs.tolist() == [0.0, 10.0, 34.0, 1990.0, 2000.0]
+        assert terrain.ys[2:4].tolist() == [5.0, 5.0]
+        tilts.append(math.degrees(math.asin((terrain.ys[1] - 5.0) / 24.0)))
+    assert -10 < min(tilts) < -7 < 7 < max(tilts) < 10
 
 
 def test_heights_lie_on_the_segments():
@@ -116,6 +135,13 @@ def test_a_terrain_cannot_be_changed():
         ("hilly-3-30-1.5", "expected seed = an integer >= 0, got '1.5'"),
         ("hilly-three-30-1", "expected h = a height"),
         ("hilly-nan-30-1", "expected h = a height"),
+        ("hilly- 3-30-1", "expected h = a height"),
+        ("hilly-3_0-30-1", "expected h = a height"),
+        ("hilly-\u0663-30-1", "expected h = a height"),  # another script's three
+        ("hilly-3-30-1\n", "expected seed = an integer"),
+        ("hilly-3-30-1_0", "expected seed = an integer"),
+        ("hilly-1e308-30-0", "expected coordinates within 1e.07 m"),
+        ("hilly-3-1e300-0", "expected coordinates within 1e.07 m"),
         ("uphill-90", "expected a = an angle"),
     ],
 )
