@@ -30,8 +30,8 @@ def main(arguments: Sequence[str] | None = None) -> float:
     def speeds(genomes: torch.Tensor) -> torch.Tensor:
         nonlocal generation
         generation += 1  # every generation meets terrains of its own
-        found = evaluate(genomes, generation).nan_to_num(nan=-10.0).to(genomes)
-        print(f"generation {generation}: best {found.max():.2f} m/s")
+        found = evaluate(genomes.clone(), generation).nan_to_num(nan=-10.0).to(genomes.dtype)
+        print(f"generation {generation}: best {float(found.max()):.2f} m/s")
         return found
 
     problem = Problem(

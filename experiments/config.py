@@ -223,6 +223,71 @@ class EvolveConfig:
     )
     """Steps of 1/60 s in a control step: the controller acts and learns once per control step."""
 
+    control_delay: int = option(
+        0,
+        "variant",
+        suffix=lambda value: f"delay-{value}",
+        label=lambda value: f"delay of {value} steps",
+    )
+    """Control steps that a command waits before it acts."""
+
+    actuation_cutoff: float | None = option(
+        None,
+        "variant",
+        suffix=lambda value: f"cutoff-{value}",
+        label=lambda value: f"cut-off {value} Hz",
+    )
+    """Cut-off frequency [Hz] of a low-pass between controller and actuation; none if not given."""
+
+    gravity: float = option(
+        9.8,
+        "variant",
+        suffix=lambda value: f"gravity-{value}",
+        label=lambda value: f"gravity {value}",
+    )
+    """Downward acceleration [m/s^2]."""
+
+    friction: float | None = option(
+        None,
+        "variant",
+        suffix=lambda value: f"friction-{value}",
+        label=lambda value: f"friction {value}",
+    )
+    """Coefficient of friction with the ground; the engine's (1.414) if not given."""
+
+    spring_frequency: float = option(
+        8.0,
+        "variant",
+        suffix=lambda value: f"springs-{value}",
+        label=lambda value: f"springs of {value} Hz",
+    )
+    """Frequency of the voxels' springs [Hz]."""
+
+    spring_damping: float = option(
+        0.3,
+        "variant",
+        suffix=lambda value: f"damping-{value}",
+        label=lambda value: f"damping {value}",
+    )
+    """Damping ratio of the voxels' springs."""
+
+    damage_mode: Literal["rest", "frozen", "random", "blind"] = option(
+        "rest",
+        "variant",
+        suffix=str,
+        label=str,
+    )
+    """What broken voxels do: rest (the paper's text), frozen, random, or obey without sensing
+    (blind)."""
+
+    damage_probability: float = option(
+        0.5,
+        "variant",
+        suffix=lambda value: f"broken-{value}",
+        label=lambda value: f"{value} of the voxels",
+    )
+    """Probability of each voxel to break."""
+
     generations: int = option(500, "scale")
     """Populations to evaluate."""
 

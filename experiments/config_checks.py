@@ -61,6 +61,7 @@ def _check_numbers(config: Any) -> None:
         ("generations", 1),
         ("population", _LEAST_POPULATION),
         ("control_interval", 1),
+        ("control_delay", 0),
         ("average", 1),
         ("every", 1),
         ("runs", 1),
@@ -78,10 +79,22 @@ def _check_numbers(config: Any) -> None:
         ("duration", _LEAST_DURATION),
         ("decay", 0.0),
         ("clip", 0.0),
+        ("actuation_cutoff", 0.0),
+        ("gravity", -math.inf),
+        ("friction", 0.0),
+        ("spring_frequency", 0.1),
+        ("spring_damping", 0.0),
+        ("damage_probability", 0.0),
     ):
         value = getattr(config, name)
+        if name in ("actuation_cutoff", "friction") and value is None:
+            continue
         if not _is_finite(value) or value < minimum:
             raise ValueError(f"{name}: expected a finite number >= {minimum}, got {value!r}")
+    if config.damage_probability > 1:
+        raise ValueError(
+            f"damage_probability: expected a number in [0, 1], got {config.damage_probability!r}"
+        )
     from physics.scene.clock import steps_in
 
     steps_in(config.duration)

@@ -202,6 +202,12 @@ def simulator(
     options: dict[str, Any] = {
         "noise": config.noise,
         "control_interval": config.control_interval,
+        "control_delay": config.control_delay,
+        "actuation_cutoff": config.actuation_cutoff,
+        "gravity": config.gravity,
+        "friction": config.friction,
+        "spring_frequency": config.spring_frequency,
+        "spring_damping": config.spring_damping,
         "damage": damage(config),
         "device": config.device,
         "threads": config.threads,

@@ -89,7 +89,7 @@ def damage(config: EvolveConfig) -> Damage | None:
     """
     if config.damage == "none":
         return None
-    return Damage(probability=0.5, time=config.duration / 2)
+    return Damage(config.damage_probability, config.duration / 2, config.damage_mode)
 
 
 def _terrain(spec: str | Terrain, seed: int) -> Terrain:
