@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import hashlib
 import io
+import json
 import math
 import tempfile
 import zipfile
@@ -28,6 +29,7 @@ import safetensors.torch
 from experiments.config import EvolveConfig
 from experiments.files.atomic import write_atomically
 from experiments.files.csvfile import write_csv
+from experiments.files.formats import require_format
 from experiments.report.conditions import Condition, find_runs, gather
 from experiments.report.figures.overview import takeoff_times
 from experiments.report.figures.performance import unseen_per_run
@@ -43,6 +45,7 @@ _CHAMPIONS, _TABLES, _RUNS, _SUMS = (
 )
 _CAMPAIGN, _CONDITIONS = "campaign.json", "conditions"
 _KEPT = (".csv", ".json", ".npz")
+_KEY, _FORMAT = "hebbtorch", 1  # of what champions.safetensors says about itself
 _BEGINNING = (1980, 1, 1, 0, 0, 0)  # the time of every file in the archive, so that bytes agree
 _COLUMNS = ("condition", "run", "seed", "speed", "unseen", "takeoff_generation")
 
@@ -99,13 +102,13 @@ def unpack(bundle: Path, out: Path) -> None:
         raise ValueError(f"out: expected a new or empty folder, got {str(out)!r}; choose another")
     with zipfile.ZipFile(bundle / _TABLES) as archive:
         for name in archive.namelist():
-            parts = PurePosixPath(name).parts
+            parts = PurePosixPath(_plain(name)).parts
             home = out if len(parts) == 1 else out / _CONDITIONS / parts[0]
             home.mkdir(parents=True, exist_ok=True)
             write_atomically(home / parts[-1], archive.read(name))
     with safetensors.safe_open(bundle / _CHAMPIONS, framework="pt") as file:
-        for name, options in file.metadata().items():
-            home = out / _CONDITIONS / name
+        for name, options in _options(file.metadata() or {}).items():
+            home = out / _CONDITIONS / _plain(name)
             home.mkdir(parents=True, exist_ok=True)
             tensors = (file.get_tensor(f"{name}/{each}") for each in ("genomes", "fitness"))
             Champions(EvolveConfig.from_json(options), *tensors).save(home)
@@ -150,7 +153,31 @@ def _champions(champions: Mapping[str, Champions]) -> bytes:
         tensors[f"{name}/genomes"] = each.genomes.contiguous()
         tensors[f"{name}/fitness"] = each.fitness.double().contiguous()
         options[name] = each.config.to_json()
-    return safetensors.torch.save(tensors, metadata=options)
+    # One entry, since safetensors puts several into any order.
+    metadata = {_KEY: json.dumps({"format": _FORMAT, "options": options})}
+    return safetensors.torch.save(tensors, metadata=metadata)
+
+
+def _options(metadata: Mapping[str, str]) -> Mapping[str, str]:
+    """The options of each condition as JSON; the first bundles had an entry for each."""
+    if _KEY not in metadata:
+        return metadata
+    about = json.loads(metadata[_KEY])
+    require_format(about["format"], _FORMAT)
+    options: Mapping[str, str] = about["options"]
+    return options
+
+
+def _plain(name: str) -> str:
+    """A name in a bundle, if it stays within the folder that it is unpacked into.
+
+    Raises:
+        ValueError: it leads out of it.
+    """
+    path = PurePosixPath(name)
+    if path.is_absolute() or ".." in path.parts or "\\" in name or not path.parts:
+        raise ValueError(f"bundle: expected names within it, got {name!r}; do not trust it")
+    return name
 
 
 def _tables(root: Path, folders: Mapping[str, Path]) -> bytes:

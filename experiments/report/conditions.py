@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import csv
 import dataclasses
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.config import EvolveConfig
+from experiments.files.reading import readable
 from experiments.options import options_of
 from experiments.report import intervals
 from experiments.runs.champions import Champions
@@ -204,15 +206,40 @@ def _order(condition: Condition) -> tuple[Any, ...]:
     )
 
 
+class _Columns(dict[str, NDArray[Any]]):
+    """The columns of a file; one that it lacks is told with the file's name."""
+
+    def __init__(self, path: Path, columns: Mapping[str, NDArray[Any]]) -> None:
+        super().__init__(columns)
+        self._path = path
+
+    def __missing__(self, name: str) -> NDArray[Any]:
+        with readable(self._path):
+            raise ValueError(f"it has no column {name!r}")
+
+
 def _read(path: Path) -> Table:
-    with path.open(newline="", encoding="utf-8") as file:
+    with readable(path), path.open(newline="", encoding="utf-8-sig") as file:
         header, *rows = csv.reader(file)
-    columns: Sequence[Sequence[str]] = list(zip(*rows, strict=True)) or [()] * len(header)
-    return {name: _numbers(column) for name, column in zip(header, columns, strict=True)}
+        if not rows:
+            raise ValueError("it has no rows")
+        columns: Sequence[Sequence[str]] = list(zip(*rows, strict=True))
+        table = {name: _numbers(column) for name, column in zip(header, columns, strict=True)}
+    return _Columns(path, table)
 
 
 def _numbers(column: Sequence[str]) -> NDArray[Any]:
-    try:
-        return np.array(column, dtype=np.float64)
-    except ValueError:
-        return np.array(column, dtype=np.str_)
+    """Numbers, or text; not both, as in a column with a damaged number.
+
+    Raises:
+        ValueError: it is both.
+    """
+    numbers = []
+    for value in column:
+        with suppress(ValueError):
+            numbers.append(float(value))
+    if len(numbers) == len(column):
+        return np.array(numbers, dtype=np.float64)
+    if numbers:
+        raise ValueError(f"{len(column) - len(numbers)} of {len(column)} values are no numbers")
+    return np.array(column, dtype=np.str_)

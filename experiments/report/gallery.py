@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -50,15 +52,18 @@ def draw_all(
 
 
 def _draw(found: Sequence[Path], out: Path, print_quality: bool) -> list[str]:
+    """Draw everything beside `out`'s files, and put it among them once all of it is there."""
     undrawn = []
-    for name, figure in FIGURES.items():
-        files = figure(found, out)
-        for path in files:
-            if path.suffix == ".pdf" and not print_quality:
-                path.unlink()
-            else:
-                print(f"wrote {path}")
-        if not files:
-            undrawn.append(name)
-    print(f"wrote {claims.report(found, out)}")
+    with tempfile.TemporaryDirectory(prefix=".drawing-", dir=out) as draft:
+        for name, figure in FIGURES.items():
+            files = figure(found, Path(draft))
+            for path in files:
+                if path.suffix == ".pdf" and not print_quality:
+                    path.unlink()
+            if not files:
+                undrawn.append(name)
+        claims.report(found, Path(draft))
+        for path in sorted(Path(draft).iterdir()):
+            os.replace(path, out / path.name)
+            print(f"wrote {out / path.name}")
     return undrawn

@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from experiments.files.reading import readable
 from experiments.plotting import style
 from experiments.report import tables
 from experiments.report.conditions import Condition, gather
@@ -91,18 +92,25 @@ def random_measures(condition: Condition) -> list[dict[str, Any]]:
     """As `measures`, of random genomes in place of the champions."""
     files = condition.files(RANDOM_GENOMES)
     folders = dict.fromkeys(path for _, _, path in files)
-    return [
-        life for path in folders for life in json.loads(path.read_text(encoding="utf-8"))["runs"]
-    ]
+    return [life for path in folders for life in _runs_in(path)]
 
 
 def measures(condition: Condition) -> list[dict[str, Any]]:
     """What inner_life.json says of each run, in order; empty if the condition was not analysed."""
     found = []
     for run, own, path in condition.files(RECORDING_MEASURES):
-        of_runs = json.loads(path.read_text(encoding="utf-8"))["runs"]
-        found.append({**of_runs[own], "run": run})
+        with readable(path):
+            found.append({**_runs_in(path)[own], "run": run})
     return found
+
+
+def _runs_in(path: Path) -> list[dict[str, Any]]:
+    """What a file of measures says of each run."""
+    with readable(path):
+        of_runs = json.loads(path.read_text(encoding="utf-8"))["runs"]
+        if not isinstance(of_runs, list) or not all(isinstance(each, dict) for each in of_runs):
+            raise ValueError("runs: expected a list of objects")
+    return of_runs
 
 
 def _weights(
@@ -148,7 +156,7 @@ def _lives(conditions: Sequence[Condition]) -> list[RecordedEpisode]:
             continue
         speeds = np.nan_to_num(condition.fitness, nan=-np.inf)
         run, own, path = max(recorded, key=lambda each: speeds[each[0]])
-        with np.load(path) as file:
+        with readable(path), np.load(path) as file:
             arrays = {name: file[name][own] for name in file if name.startswith(_PER_RUN)}
             arrays["times"] = file["times"]
         lives.append(RecordedEpisode(condition, described[run], arrays))

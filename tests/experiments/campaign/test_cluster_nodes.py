@@ -129,8 +129,7 @@ def test_a_condition_goes_on_elsewhere_when_its_node_is_lost(
             kill(lost)
             wait_for_lock(folder)
             assert len(lines(folder)) == 1 + 2 * 2
-            out, err = driver.communicate()
+            _, err = driver.communicate()
     assert driver.returncode == 0, err
-    assert "[2/2]" in out
     for name in NAMES:
         assert results(shared / "root", name) == results(expected, name)

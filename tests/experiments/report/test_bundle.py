@@ -8,6 +8,7 @@ import pytest
 import torch
 
 from experiments.config import EvolveConfig
+from experiments.report import bundle
 from experiments.report.bundle import is_bundle, pack, unpack
 from experiments.runs.champions import Champions
 from tests.experiments.commands import hebbtorch
@@ -112,3 +113,9 @@ def test_the_commands_pack_draw_and_unpack(
     assert all(again[name] == drawn[name] for name in drawn)
     assert hebbtorch(f"unpack {bundle} --out {back}", monkeypatch) == 0
     assert Champions.load(back / "conditions" / "ours").fitness.tolist() == [4.0, 0.5]
+
+
+@pytest.mark.parametrize("name", ["../x.csv", "/tmp/x.csv", "a/../../x.csv", ""])
+def test_names_that_lead_out_of_a_bundle_are_refused(name: str) -> None:
+    with pytest.raises(ValueError, match="bundle: expected names within it"):
+        bundle._plain(name)

@@ -58,7 +58,8 @@ def energy(sim: Simulator) -> Tensor:
 
 @pytest.mark.parametrize("shape", ["worm-7x1", "biped-4x3"])
 def test_passive_robots_gain_no_energy(shape: str) -> None:
-    """Beyond what a square's way out of the ground within a step puts into the springs."""
+    """Beyond what a square's way out of the ground within a step puts into the springs: on hills up
+    to 0.3 J/kg, on steps 5 m high up to 1.3 J/kg, and never more than was lost."""
     families = ("steppy-3-10", "steppy-5-10", "hilly-3-30")
     grounds = [Terrain.from_name(name, seed=seed) for name in families for seed in range(SEEDS)]
     sim = Simulator(shape, [*grounds, CLIFF], len(grounds) + 1)
@@ -67,7 +68,7 @@ def test_passive_robots_gain_no_energy(shape: str) -> None:
     for _ in range(STEPS):
         sim.step(torch.zeros(sim.n_worlds, sim.n_voxels))
         now = energy(sim)
-        assert (now - least).max() < 1.0
+        assert (now - least).max() < 1.5
         least = torch.minimum(least, now)
         assert (sim.center_of_mass()[:, 1] <= start + 1e-3).all()
     assert not sim.failed().any()
