@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -20,7 +21,7 @@ Ground = Terrain | str | Callable[[int], Terrain]
 terrain. The last two give every episode a terrain of its own."""
 
 
-class Task:
+class Task(ABC):
     """What is rewarded. Subclass it for a task of your own.
 
     A task looks at the worlds before and after each control step; `reward` gets both looks.
@@ -29,10 +30,11 @@ class Task:
     terrain: Ground = "hilly-3-30"
     """Ground on which it takes place, unless an environment is told another one."""
 
+    @abstractmethod
     def look(self, sim: Simulator) -> Tensor:
         """What of the N worlds it is about, (N, ...)."""
-        raise NotImplementedError
 
+    @abstractmethod
     def reward(self, before: Tensor, after: Tensor, seconds: float) -> Tensor:
         """Rewards of a control step, (N,).
 
@@ -41,7 +43,6 @@ class Task:
             after: what it returned after it.
             seconds: length of the step.
         """
-        raise NotImplementedError
 
 
 @dataclass(frozen=True)

@@ -86,12 +86,6 @@ class SpringLengths:
     contracted: float
     expanded: float
 
-    def at(self, actuation: float) -> float:
-        """Rest length [m] under an actuation in [-1, 1]."""
-        if actuation >= 0:
-            return self.rest - (self.rest - self.contracted) * actuation
-        return self.rest + (self.expanded - self.rest) * -actuation
-
 
 def _spring_families() -> tuple[SpringLengths, SpringLengths, SpringLengths]:
     """Side, side-cross and central springs: what they measure when the voxel's side shrinks
