@@ -7,24 +7,24 @@ would meet in a whole step, whatever is left out after it.
 from functools import lru_cache
 from typing import Any
 
-import torch
 from torch import Tensor
 
 from experiments.bench.workload import Workload
 from physics import backend
 from physics.backend import ti
 from physics.engine import integrator, step
-from physics.engine.contacts import ground_detection, ground_solver
+from physics.engine.contacts import ground_detection, ground_solver, self_detection, self_solver
 from physics.engine.joints import ropes, springs, welds
 from physics.engine.memory.model import F_NOISE, load_sizes
 from physics.engine.sensing import sense
 
 __all__ = ["STAGES", "PartialStep"]
 
-_MOTION, _SPRINGS, _ROPES, _WELDS, _CONTACTS, _POSITIONS, _DETECT, _SENSE = (
-    1 << k for k in range(8)
+_MOTION, _SPRINGS, _ROPES, _WELDS, _CONTACTS, _POSITIONS, _DETECT, _SELF, _SENSE = (
+    1 << k for k in range(9)
 )
-# Noise is no stage of its own: the sensors have it or not.
+# Noise is no stage of its own: the sensors have it or not. Robots without self-collision have no
+# such stage.
 STAGES = {
     "free motion": _MOTION,
     "springs": _SPRINGS,
@@ -33,16 +33,17 @@ STAGES = {
     "contacts": _CONTACTS,
     "position stage": _POSITIONS,
     "detection": _DETECT,
+    "self-collision": _SELF,
     "sensors": _SENSE,
     "noise": 0,
 }
 
 
 @lru_cache
-def _kernel(dtype: torch.dtype, lanes: int) -> Any:
+def _kernel(program: backend.Program) -> Any:
     """A step with the stages of a mask, a number of times from the same state."""
     backend.start("cpu")
-    T = backend.real(backend.Program(dtype, lanes, lanes))
+    T = backend.real(program)
 
     @ti.kernel
     def rounds(
@@ -87,12 +88,18 @@ def _step(
     stages,
     T: ti.template(),
 ):
-    """``physics.engine.step.engine_step`` with the stages of a mask."""
+    """``step.advance`` and ``step.touch`` with the stages of a mask, but continuous detection."""
     if stages & _MOTION:
         step.count_step(S, m, T)
         integrator.integrate_velocities(S, m, mf, T)
+    if ti.static(T.features.self_collision):  # noqa: SIM102 - compile-time
+        if stages & _SELF:
+            self_solver.prepare(S, lists, m, T)
     if stages & _CONTACTS:
         ground_solver.prepare(S, lists, m, T)
+    if ti.static(T.features.self_collision):  # noqa: SIM102 - compile-time
+        if stages & _SELF:
+            self_solver.warm_start(S, lists, m, T)
     if stages & _SPRINGS:
         springs.prepare(S, m, mi, mf, T)
     if stages & _ROPES:
@@ -106,6 +113,9 @@ def _step(
             ropes.solve_velocities(S, lists, m, T)
         if stages & _WELDS:
             welds.solve_velocities(S, m, mi, T)
+        if ti.static(T.features.self_collision):  # noqa: SIM102 - compile-time
+            if stages & _SELF:
+                self_solver.solve_velocities(S, lists, m, T)
         if stages & _CONTACTS:
             ground_solver.solve_velocities(S, lists, m, mf, T)
     if stages & _MOTION:
@@ -115,6 +125,9 @@ def _step(
     if stages & _DETECT:
         ground_detection.update_window(S, terrain, m, mf, T)
         ground_detection.detect(S, lists, m, T)
+    if ti.static(T.features.self_collision):  # noqa: SIM102 - compile-time
+        if stages & _SELF:
+            self_detection.detect(S, lists, m, mi, T)
     if stages & _MOTION:
         step.mark_ends(S, m, T)
 
@@ -124,7 +137,7 @@ class PartialStep:
 
     def __init__(self, robots: Workload) -> None:
         sim = robots.sim
-        self._kernel = _kernel(sim.dtype, sim.lanes)
+        self._kernel = _kernel(sim.program)
         tensors = sim.kernel_tensors(sim.program)
         state, lists, *model, self._numbers = (tensor.clone() for tensor in tensors)
         self._now = state, lists
