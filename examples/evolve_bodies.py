@@ -68,7 +68,7 @@ def main(arguments: Sequence[str] | None = None) -> float:
             noise = torch.from_numpy(draws.normal(0, 0.5, (CONTROLLERS, 4))).float()
             speeds = evaluate(body, centre + noise, generation)
             elite.append((float(speeds.max()), body, (centre + noise)[speeds.argmax()]))
-        elite = sorted(elite, key=lambda each: -each[0])[: options.bodies // 4]
+        elite = sorted(elite, key=lambda each: -each[0])[: max(1, options.bodies // 4)]
         print(f"generation {generation}: best {elite[0][0]:.2f} m/s")
     print(elite[0][1])
     return elite[0][0]
