@@ -202,10 +202,11 @@ def test_a_robot_that_leaves_the_ground_stands_still():
         sim = Simulator("worm-2x1", terrains, len(terrains), dtype=DOUBLE)
         poses = at(sim, 26.0, 6.5)
         velocities = torch.zeros_like(poses)
-        velocities[..., 0] = 9.0
+        velocities[..., 0] = 15.0
         sim.set_poses(poses, velocities)
-        while not bool(sim.left_ground()[0]):
+        for _ in range(60):
             sim.step(torch.zeros(len(terrains), 2))
+        assert sim.left_ground()[0]
         gone = sim.mass_poses()[0]
         time = sim.times[0]
         sim.run(torch.ones(60, len(terrains), 2))
@@ -213,10 +214,10 @@ def test_a_robot_that_leaves_the_ground_stands_still():
         assert torch.equal(ends[-1], gone)
         assert not sim.failed().any()
         assert sim.times[0] == time
-        assert 30.0 < sim.center_of_mass()[0, 0] < 30.2
+        assert 30.0 < sim.center_of_mass()[0, 0] < 30.3
         assert not sim.mass_velocities()[0].any()
     assert sim.left_ground().tolist() == [True, False]
-    assert sim.center_of_mass()[1, 0] > 30.2
+    assert sim.center_of_mass()[1, 0] > 30.3
     assert torch.equal(*ends)
     sim.reset()
     assert not sim.left_ground().any()
