@@ -1,6 +1,8 @@
 # make run        the main job: evolve a biped, then draw its gait
 # make test       the unit tests
-# make test-all   the unit tests and the slow ones: examples, other libraries, browser, wheel, cluster, soak
+# make test-slow  examples, other libraries, browser, wheel, the code in the documents
+# make test-long  what takes minutes each: clusters, chains of kills, bits of every engine
+# make test-all   all of them
 # make docs       the documentation, into site/
 # make lint       formatting, lint and types
 # Each prepares .venv first, once. PYTHON=... chooses the interpreter, OUT=... the folder of the run.
@@ -18,19 +20,22 @@ PYTHON ?= $(shell for p in $(CANDIDATES); do $$p -c \
 # runs/first, or the next free name.
 OUT ?= $(shell n=1; out=runs/first; while [ -e $$out ]; do n=$$((n + 1)); out=runs/first-$$n; done; echo $$out)
 
-.PHONY: run test test-slow test-all docs lint
+.PHONY: run test test-slow test-long test-all docs lint
 
 run: $(STAMP)
 	$(BIN)/hebbtorch evolve --shape biped-4x3 --sensors low --terrain hilly-3-30 --duration 60 \
 		--population 40 --generations 60 --out $(OUT)
 
 test: $(STAMP)
-	$(BIN)/python -m pytest -m "not slow"
+	$(BIN)/python -m pytest -m "not slow and not long"
 
 test-slow: $(STAMP)
 	$(BIN)/python -m pytest -m slow
 
-test-all: test test-slow
+test-long: $(STAMP)
+	$(BIN)/python -m pytest -m long
+
+test-all: test test-slow test-long
 
 docs: $(STAMP)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict

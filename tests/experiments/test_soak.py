@@ -98,7 +98,7 @@ def test_worlds_hold_and_faults_would_be_seen(monkeypatch: pytest.MonkeyPatch) -
     assert example.startswith("seed 0, trial 6")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_chain_of_kills_ends_as_if_never_killed(tmp_path: Path) -> None:
     expected, counts = undisturbed(tmp_path / "whole"), KillCounts()
     try_kills(3, 0, tmp_path, expected, counts)
@@ -109,7 +109,7 @@ def test_a_chain_of_kills_ends_as_if_never_killed(tmp_path: Path) -> None:
     assert counts.different == 1
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_command_writes_its_counts(tmp_path: Path) -> None:
     assert command.soak(0.001, 7, tmp_path / "counts.json", None) == 0
     content = json.loads((tmp_path / "counts.json").read_text())

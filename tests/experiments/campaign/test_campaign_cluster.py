@@ -73,7 +73,7 @@ def results(root: Path, name: str) -> list[list[str]]:
         return [row[:-1] for row in csv.reader(file)]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_killed_campaign_on_ray_ends_as_one_without(tmp_path: Path, address: str) -> None:
     assert address.startswith("127.0.0.1:")  # which no other machine reaches
     grid = tmp_path / "grid.toml"

@@ -102,7 +102,7 @@ def load() -> dict[str, Any]:
 
 @pytest.mark.parametrize(
     ("shape", "engine", "dtype"),
-    [pytest.param(*each, marks=pytest.mark.slow if each[1:] in SLOW else ()) for each in OPEN],
+    [pytest.param(*each, marks=pytest.mark.long if each[1:] in SLOW else ()) for each in OPEN],
 )
 def test_an_open_loop_is_as_recorded(shape, engine, dtype):
     record = load()
