@@ -69,7 +69,8 @@ def test_the_wheel_holds_every_module_and_no_results(built: tuple[Path, Path]) -
     }
     recordings = {
         str(path.relative_to(ROOT))
-        for path in (ROOT / "experiments" / "validate" / "reference").iterdir()
+        for path in (ROOT / "experiments" / "validate" / "reference").rglob("*")
+        if path.is_file()
     }
     assert modules | recordings <= names
     assert {f"{name}/py.typed" for name in ("hebbtorch", "physics", "experiments")} <= names
