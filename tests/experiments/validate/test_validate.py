@@ -93,7 +93,7 @@ def test_recorded_runs_pass_and_are_reported(
         "measure": "no networks in hebbian_golden.json",
         "verdict": "skipped",
     }
-    assert {path.name for path in pictures.iterdir()} == {
+    assert {path.name for path in pictures.glob("*.png")} == {
         "single_voxel_step.png",
         "four_voxel_step.png",
         "gaits_worm-7x1_f32.png",

@@ -18,11 +18,14 @@ OWN = validation.OWN_COPY
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """The whole of the recorded runs, as plain files to be broken."""
-    for path in OWN.iterdir():
-        if path.name.endswith(".csv.gz"):
-            (tmp_path / path.stem).write_bytes(gzip.decompress(path.read_bytes()))
+    for path in sorted(OWN.rglob("*")):
+        target = tmp_path / path.relative_to(OWN)
+        if path.is_dir():
+            target.mkdir(exist_ok=True)
+        elif path.name.endswith(".csv.gz"):
+            target.with_suffix("").write_bytes(gzip.decompress(path.read_bytes()))
         else:
-            shutil.copy(path, tmp_path)
+            shutil.copy(path, target)
     return tmp_path
 
 
