@@ -10,7 +10,7 @@ from tests.reference import load
 
 def test_named_terrains_are_the_recorded_ones():
     recorded = load("terrains")
-    assert len(recorded) == 21
+    assert len(recorded) == 25
     for name, (xs, ys) in recorded.items():
         terrain = Terrain.from_name(name)
         assert terrain.name == name
