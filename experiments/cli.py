@@ -19,10 +19,11 @@ from typing import Annotated, Any, Literal
 import tyro
 from tyro.extras import SubcommandApp
 
-from experiments import process, terminal
+from experiments import process
 from experiments.analysis.film_options import FilmOptions
 from experiments.campaign.options import CampaignOptions
 from experiments.config import EvolveConfig
+from experiments.io import terminal
 
 __all__ = ["main"]
 
@@ -375,7 +376,7 @@ def soak(
         json: File for the counts in JSON.
         out: Folder for the runs; by default a temporary one.
     """
-    from experiments.files.outputs import make_room
+    from experiments.io.outputs import make_room
     from experiments.soak.command import soak as run_soak
 
     _one_thread()

@@ -17,8 +17,8 @@ from torch import Tensor
 
 from experiments.analysis.unseen import speeds_on
 from experiments.config import EvolveConfig
-from experiments.files.csvfile import write_csv
-from experiments.files.outputs import require_writable
+from experiments.io.csvfile import write_csv
+from experiments.io.outputs import require_writable
 from experiments.rollout import controller, seeds
 from experiments.rollout.episode import Episode, simulator, start_episode
 from experiments.rollout.scenarios import Scenarios
@@ -81,7 +81,7 @@ class Freezing:
             out: path of the PNG file.
         """
         # Slow to import, and most that import this module draw nothing.
-        from experiments.plotting import style
+        from experiments.io import style
 
         seconds, of_runs = range(len(self.middle)), self.speeds.nanmean(-1)
         with style.sheet(out.parent, out.stem, (4.4, 2.4)) as sheet:

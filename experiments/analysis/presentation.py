@@ -6,9 +6,9 @@ from pathlib import Path
 
 from PIL import Image
 
-from experiments import terminal
 from experiments.analysis import film
 from experiments.analysis.life_log import log_life
+from experiments.io import terminal
 from experiments.runs.champions import Champions
 from experiments.runs.tensorboard import EventFile
 from experiments.runs.tensorboard.tracker import run_folders

@@ -11,8 +11,8 @@ from typing import Literal
 from torch import Tensor
 
 from experiments.config import EvolveConfig
-from experiments.files.csvfile import write_csv
-from experiments.files.outputs import require_writable
+from experiments.io.csvfile import write_csv
+from experiments.io.outputs import require_writable
 from experiments.rollout import seeds
 from experiments.rollout.episode import start_episode
 from experiments.rollout.scenarios import Scenarios

@@ -26,7 +26,7 @@ from experiments.bench.profile import step_stages
 from experiments.bench.row import Row, Stage
 from experiments.bench.setting import Setting
 from experiments.bench.timing import OtherProcesses
-from experiments.files.outputs import make_room
+from experiments.io.outputs import make_room
 from physics import checks
 
 __all__ = ["Measurement", "bench", "measurements", "processes"]

@@ -7,13 +7,13 @@ from dataclasses import replace
 from functools import partial
 from importlib.util import find_spec
 
-from experiments import terminal
 from experiments.campaign import against, plan
 from experiments.campaign.grid import Condition, Scale
 from experiments.campaign.options import CampaignOptions
 from experiments.campaign.root import CampaignRoot
 from experiments.campaign.runner import Campaign
 from experiments.campaign.study import Study
+from experiments.io import terminal
 
 __all__ = ["campaign"]
 

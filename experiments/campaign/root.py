@@ -20,9 +20,9 @@ from typing import IO, Any
 from experiments.campaign.grid import MACHINE_OPTIONS, Condition, Scale
 from experiments.campaign.study import Study
 from experiments.config import EvolveConfig
-from experiments.files.atomic import write_atomically
-from experiments.files.formats import require_format
-from experiments.files.locks import LOCK, lock_folder
+from experiments.io.atomic import write_atomically
+from experiments.io.formats import require_format
+from experiments.io.locks import LOCK, lock_folder
 from experiments.runs.champions import Champions
 from experiments.runs.folder import read_checkpoint, read_config
 

@@ -10,13 +10,13 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from datetime import datetime, timedelta
 
-from experiments import terminal
 from experiments.campaign import results
 from experiments.campaign.cost import seconds_left
 from experiments.campaign.execution import run_condition
 from experiments.campaign.grid import Condition
 from experiments.campaign.root import CampaignRoot, Members
 from experiments.campaign.study import Study
+from experiments.io import terminal
 
 __all__ = ["Campaign"]
 

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
-from experiments import terminal
+from experiments.io import terminal
 from experiments.runs.history import Row
 
 __all__ = ["ProgressDisplay", "counted"]

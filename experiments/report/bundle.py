@@ -27,9 +27,9 @@ import safetensors
 import safetensors.torch
 
 from experiments.config import EvolveConfig
-from experiments.files.atomic import write_atomically
-from experiments.files.csvfile import write_csv
-from experiments.files.formats import require_format
+from experiments.io.atomic import write_atomically
+from experiments.io.csvfile import write_csv
+from experiments.io.formats import require_format
 from experiments.report.conditions import Condition, find_runs, gather
 from experiments.report.figures.overview import takeoff_times
 from experiments.report.figures.performance import unseen_per_run

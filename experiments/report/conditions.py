@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.config import EvolveConfig
-from experiments.files.reading import readable
-from experiments.options import options_of
+from experiments.config.options import options_of
+from experiments.io.reading import readable
 from experiments.report import intervals
 from experiments.runs.champions import Champions
 from experiments.runs.names import CHAMPIONS, HISTORY

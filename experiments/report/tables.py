@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from experiments.files.atomic import write_atomically
-from experiments.files.csvfile import write_csv
+from experiments.io.atomic import write_atomically
+from experiments.io.csvfile import write_csv
 from experiments.report.statistics import Comparison
 
 __all__ = ["comparison_row", "markdown", "write"]

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
-from experiments.files.atomic import write_atomically
+from experiments.io.atomic import write_atomically
 
 __all__ = ["History", "Row"]
 

@@ -10,8 +10,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from experiments import terminal
-from experiments.files.atomic import write_atomically
+from experiments.io import terminal
+from experiments.io.atomic import write_atomically
 from experiments.soak.damage import DamageCounts, Original, try_flip
 from experiments.soak.kills import KillCounts, try_kills, undisturbed
 from experiments.soak.worlds import WorldCounts, try_worlds

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from experiments.config import EvolveConfig
+from experiments.config.options import options_of
 from experiments.evolution.launch import evolve
-from experiments.options import options_of
 
 
 def test_defaults_are_the_papers() -> None:

@@ -10,7 +10,7 @@ import torch
 
 from experiments.config import EvolveConfig
 from experiments.evolution.evolve import Session
-from experiments.files import tensors
+from experiments.io import tensors
 from experiments.soak import command, worlds
 from experiments.soak.damage import DamageCounts, Original, try_flip
 from experiments.soak.energy import energy_per_kg

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
-from experiments.files.atomic import write_atomically
+from experiments.io.atomic import write_atomically
 from experiments.report import statistics, tables
 from experiments.report.claims import verdicts
 from experiments.report.claims.evidence import EVIDENCE

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from experiments.plotting import style
+from experiments.io import style
 from experiments.report import intervals, tables
 from experiments.report.conditions import Table, gather, per_run
 from experiments.report.figures import curves

@@ -12,8 +12,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from experiments.files.reading import readable
-from experiments.plotting import style
+from experiments.io import style
+from experiments.io.reading import readable
 from experiments.report import tables
 from experiments.report.conditions import Condition, gather
 from experiments.runs.names import RANDOM_GENOMES, RECORDING, RECORDING_MEASURES

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from experiments import terminal
-from experiments.files.atomic import write_atomically
+from experiments.io import terminal
+from experiments.io.atomic import write_atomically
 from experiments.runs.names import CHAMPIONS, CONFIG
 
 __all__ = ["report"]

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from experiments.config import EvolveConfig
-from experiments.options import options_of
+from experiments.config.options import options_of
 from experiments.runs.history import Row
 from experiments.runs.provenance import provenance
 from experiments.runs.tensorboard.event_file import EventFile

@@ -7,8 +7,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from experiments import terminal
 from experiments.evolution.progress import ProgressDisplay, counted
+from experiments.io import terminal
 from experiments.runs.history import Row
 
 

@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from experiments.files.atomic import write_atomically
+from experiments.io.atomic import write_atomically
 
 __all__ = ["SPEED", "Look", "Sheet", "counted", "looks", "sheet"]
 

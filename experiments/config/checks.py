@@ -7,7 +7,7 @@ import math
 from types import NoneType
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
-from experiments.options import options_of
+from experiments.config.options import options_of
 
 __all__ = ["check"]
 

@@ -11,8 +11,8 @@ import json
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from experiments.files.formats import require_format
-from experiments.options import option
+from experiments.config.options import option
+from experiments.io.formats import require_format
 
 __all__ = ["EvolveConfig"]
 
@@ -330,7 +330,7 @@ class EvolveConfig:
             ValueError: the first option that is wrong: its name, what was expected, what came
                 and how to mend it.
         """
-        from experiments.config_checks import check
+        from experiments.config.checks import check
 
         check(self)
 

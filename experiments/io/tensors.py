@@ -12,9 +12,9 @@ import safetensors.torch
 import torch
 from torch import Tensor
 
-from experiments.files.atomic import write_atomically
-from experiments.files.formats import require_format
-from experiments.terminal import LOG
+from experiments.io.atomic import write_atomically
+from experiments.io.formats import require_format
+from experiments.io.terminal import LOG
 
 __all__ = ["read_tensors", "write_tensors"]
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from experiments.files.atomic import write_atomically
+from experiments.io.atomic import write_atomically
 
 __all__ = ["write_csv"]
 
