@@ -34,35 +34,29 @@ PHYSICS = {
     "envs": "checks render scene simulator",
 }
 EXPERIMENTS = {
-    "terminal": "",
-    "process": "terminal",
-    "options": "",
-    "files": "terminal",
-    "config_checks": "options",
-    "config": "config_checks files options",
-    "plotting": "files",
+    "io": "",
+    "config": "io",
     "rollout": "config",
-    "runs": "config files options terminal",
-    "analysis": "config files plotting rollout runs terminal",
-    "evolution": "analysis config rollout runs terminal",
-    "report": "analysis config files options plotting runs terminal",
-    "campaign": "analysis config evolution files options report rollout runs terminal",
+    "runs": "config io",
+    "analysis": "config io rollout runs",
+    "validate": "io rollout",
+    "evolution": "analysis config io rollout runs",
+    "report": "analysis config io runs",
+    "campaign": "analysis config evolution io report rollout runs",
+    "bench": "config evolution io rollout runs",
     "studies": "campaign config",
-    "validate": "files plotting rollout terminal",
-    "bench": "config evolution files rollout runs terminal",
-    "soak": "campaign config files runs terminal",
-    "cli": "analysis bench campaign config evolution files process report runs soak studies "
-    "terminal validate",
+    "soak": "campaign config io runs",
+    "cli": "analysis bench campaign config evolution io report runs soak studies validate",
 }
 
 # What experiments use of physics besides its public names.
 INSIDE = {
-    "physics.checks": {"bench", "config_checks"},
+    "physics.checks": {"bench", "config"},
     "physics.backend": {"bench", "rollout"},
     "physics.engine": {"bench", "rollout"},
     "physics.envs": {"bench"},
     "physics.render": {"analysis", "evolution", "report", "runs"},
-    "physics.scene": {"config_checks", "soak", "validate"},
+    "physics.scene": {"config", "soak", "validate"},
 }
 
 

@@ -27,7 +27,15 @@ from experiments.runs.names import FREEZING_TERRAINS, freezing_file
 from experiments.runs.tensorboard import EventFile
 from experiments.runs.tensorboard.tracker import run_folders
 
-__all__ = ["Freezing", "act", "freeze", "learn", "plastic_champions", "report", "training_and_test"]
+__all__ = [
+    "Freezing",
+    "act",
+    "freeze",
+    "freeze_run",
+    "learn",
+    "plastic_champions",
+    "training_and_test",
+]
 
 Weights = tuple[Tensor, ...]  # one (..., out, in) per layer
 
@@ -138,7 +146,7 @@ def freeze(champions: Champions, n_terrains: int = FREEZING_TERRAINS, seed: int 
     return Freezing(title, test.names, speeds.transpose(0, 1))
 
 
-def report(folder: Path, n_terrains: int, seed: int, out: Path | None) -> None:
+def freeze_run(folder: Path, n_terrains: int, seed: int, out: Path | None) -> None:
     """Freeze the champions of a run, print a summary, write every speed and a picture.
 
     Args:

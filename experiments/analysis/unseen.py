@@ -24,8 +24,8 @@ from experiments.runs.tensorboard.tracker import run_folders
 __all__ = [
     "Assessment",
     "assess",
+    "evaluate_run",
     "reassess",
-    "report",
     "speeds_on",
 ]
 
@@ -135,7 +135,7 @@ def assess(
     return Assessment(champions, config, scenarios, speeds_on(config, champions.genomes, scenarios))
 
 
-def report(
+def evaluate_run(
     folder: Path,
     n_terrains: int,
     terrain: str | None,

@@ -14,9 +14,9 @@ from gymnasium.vector.utils import batch_space
 from torch import Tensor
 
 from physics import checks
-from physics.envs.grounds import Terrains
 from physics.envs.pictures import picture
 from physics.envs.tasks import Ground, Task, finite_reward, task_of
+from physics.envs.terrains import Terrains
 from physics.scene.material import DT
 from physics.scene.terrain import Terrain
 from physics.simulator import Simulator

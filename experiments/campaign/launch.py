@@ -15,10 +15,10 @@ from experiments.campaign.runner import Campaign
 from experiments.campaign.study import Study
 from experiments.io import terminal
 
-__all__ = ["campaign"]
+__all__ = ["run_campaign"]
 
 
-def campaign(studies: Sequence[Study], options: CampaignOptions) -> int:
+def run_campaign(studies: Sequence[Study], options: CampaignOptions) -> int:
     """Run studies in a folder, or go on with them.
 
     Args:
@@ -40,10 +40,10 @@ def campaign(studies: Sequence[Study], options: CampaignOptions) -> int:
     members = {study: _conditions(study, scale, options) for study in studies}
     before = None if options.against is None else against.read(options.against, scale)
     root = CampaignRoot(options.out)
-    standings = root.check(scale, members)
+    statuses = root.check(scale, members)
     if options.dry_run:
         conditions = {each.name: each for own in members.values() for each in own}
-        plan.show(plan.estimate(list(conditions.values()), standings))
+        plan.show(plan.estimate(list(conditions.values()), statuses))
         return 0
     with root.declare(scale, members):
         work = Campaign(root, members)

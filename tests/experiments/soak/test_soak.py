@@ -11,7 +11,7 @@ import torch
 from experiments.config import EvolveConfig
 from experiments.evolution.evolve import Session
 from experiments.io import tensors
-from experiments.soak import command, worlds
+from experiments.soak import trials, worlds
 from experiments.soak.damage import DamageCounts, Original, try_flip
 from experiments.soak.energy import energy_per_kg
 from experiments.soak.kills import KillCounts, try_kills, undisturbed
@@ -111,7 +111,7 @@ def test_a_chain_of_kills_ends_as_if_never_killed(tmp_path: Path) -> None:
 
 @pytest.mark.long
 def test_the_command_writes_its_counts(tmp_path: Path) -> None:
-    assert command.soak(0.001, 7, tmp_path / "counts.json", None) == 0
+    assert trials.soak(0.001, 7, tmp_path / "counts.json", None) == 0
     content = json.loads((tmp_path / "counts.json").read_text())
     assert content["format"] == 1
     assert content["seed"] == 7

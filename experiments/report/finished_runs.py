@@ -20,7 +20,7 @@ from experiments.report import intervals
 from experiments.runs.champions import Champions
 from experiments.runs.names import CHAMPIONS, HISTORY
 
-__all__ = ["Condition", "Table", "find_runs", "gather", "per_run", "runs_in"]
+__all__ = ["FinishedRuns", "Table", "find_runs", "gather", "per_run", "runs_in"]
 
 Values = NDArray[np.float64]
 Table = dict[str, NDArray[Any]]
@@ -30,7 +30,7 @@ _SENSORS = ("low", "medium", "high")
 
 
 @dataclass(frozen=True)
-class Condition:
+class FinishedRuns:
     """The finished runs of one condition, from one or several folders, in the order of seeds.
 
     Attributes:
@@ -108,7 +108,7 @@ def find_runs(roots: Iterable[Path]) -> list[Path]:
     return sorted({path.parent for root in roots for path in root.rglob(CHAMPIONS)})
 
 
-def gather(run_folders: Sequence[Path]) -> list[Condition]:
+def gather(run_folders: Sequence[Path]) -> list[FinishedRuns]:
     """The finished runs among folders, by condition; unfinished ones are passed over.
 
     A run that is there twice (same condition and seed) counts once.
@@ -138,7 +138,7 @@ def gather(run_folders: Sequence[Path]) -> list[Condition]:
     for config, runs in members.items():
         of_runs = sorted(runs.items())
         conditions.append(
-            Condition(
+            FinishedRuns(
                 config=config,
                 sources=tuple((folder, run, seed) for seed, (folder, run, _) in of_runs),
                 fitness=np.array([fitness for _, (_, _, fitness) in of_runs]),
@@ -194,7 +194,7 @@ def _require_one_scale(scales: dict[tuple[Any, ...], Path]) -> None:
     )
 
 
-def _order(condition: Condition) -> tuple[Any, ...]:
+def _order(condition: FinishedRuns) -> tuple[Any, ...]:
     config = condition.config
     return (
         config.shape,

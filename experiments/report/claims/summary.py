@@ -13,15 +13,15 @@ from experiments.report.claims.evidence import EVIDENCE
 from experiments.report.claims.finding import Finding, Verdict
 from experiments.report.claims.measures import Results
 from experiments.report.claims.paper import CLAIMS, Claim
-from experiments.report.conditions import Condition, gather
+from experiments.report.finished_runs import FinishedRuns, gather
 
-__all__ = ["judge", "report"]
+__all__ = ["judge", "write_summary"]
 
 _FILE = "REPORT.md"
 _ORDER: Sequence[Verdict] = ("supported", "contradicted", "open")
 
 
-def report(run_folders: Sequence[Path], out: Path) -> Path:
+def write_summary(run_folders: Sequence[Path], out: Path) -> Path:
     """Judge every claim by finished runs, and write REPORT.md.
 
     Args:
@@ -63,13 +63,13 @@ def report(run_folders: Sequence[Path], out: Path) -> Path:
     return out / _FILE
 
 
-def judge(conditions: Sequence[Condition]) -> list[tuple[Claim, Finding]]:
+def judge(conditions: Sequence[FinishedRuns]) -> list[tuple[Claim, Finding]]:
     """Every claim of the paper with its verdict, by the runs of some conditions."""
     results = Results(conditions)
     return [(claim, claim.judge(results)) for claim in CLAIMS]
 
 
-def _scale(conditions: Sequence[Condition]) -> str:
+def _scale(conditions: Sequence[FinishedRuns]) -> str:
     if not conditions:
         return "No finished runs."
     config = conditions[0].config

@@ -17,14 +17,14 @@ from experiments.rollout import controller
 from experiments.runs.tensorboard import EventFile
 from experiments.runs.tensorboard.heatmap import heat_map
 
-__all__ = ["log_life"]
+__all__ = ["log_episode"]
 
 _EVERY = 2  # control steps between two instants
 _RASTER = 5.0  # [s] at the end, of which activations are shown one by one
 _MOST_ROWS = 240  # of a picture: so many synapses of a layer, evenly chosen
 
 
-def log_life(folder: Path, config: EvolveConfig, genome: Tensor, seed: int = 0) -> Path:
+def log_episode(folder: Path, config: EvolveConfig, genome: Tensor, seed: int = 0) -> Path:
     """Let a champion act once more, and show its weights and activations second by second.
 
     Args:

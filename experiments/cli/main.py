@@ -19,9 +19,9 @@ from typing import Annotated, Any, Literal
 import tyro
 from tyro.extras import SubcommandApp
 
-from experiments import process
 from experiments.analysis.film_options import FilmOptions
 from experiments.campaign.options import CampaignOptions
+from experiments.cli import process
 from experiments.config import EvolveConfig
 from experiments.io import terminal
 
@@ -130,10 +130,10 @@ def evaluate(
         seed: Decides sensor noise and damage.
         out: CSV file to write; by default one in the run's folder, named after the conditions.
     """
-    from experiments.analysis.unseen import report
+    from experiments.analysis.unseen import evaluate_run
 
     _one_thread()
-    report(
+    evaluate_run(
         folder,
         terrains,
         None if terrain == "same" else terrain,
@@ -162,10 +162,10 @@ def freeze(
         seed: Decides sensor noise and damage.
         out: CSV file to write; by default freeze.csv in the run's folder. A picture goes beside.
     """
-    from experiments.analysis.freezing import report
+    from experiments.analysis.freezing import freeze_run
 
     _one_thread()
-    report(folder, terrains, seed, out)
+    freeze_run(folder, terrains, seed, out)
 
 
 @_command
@@ -293,7 +293,7 @@ def campaign(
         grid: TOML file with a study of one's own: a table [base] with options of `evolve` and a
             table [axes] with the lists of values that others go through.
     """
-    from experiments.campaign.command import campaign as run_campaign
+    from experiments.campaign.launch import run_campaign
     from experiments.studies.registry import find_studies
 
     _one_thread()
@@ -316,10 +316,10 @@ def report(folder: _Report, seed: int = 0, out: Path | None = None) -> None:
         seed: Decides terrain, sensor noise and damage of the episodes shown.
         out: HTML file; by default report.html in the folder.
     """
-    from experiments.report.page.command import report as write_report
+    from experiments.report.page.write import write_page
 
     _one_thread()
-    write_report(folder, out, seed)
+    write_page(folder, out, seed)
 
 
 @_command
@@ -377,7 +377,7 @@ def soak(
         out: Folder for the runs; by default a temporary one.
     """
     from experiments.io.outputs import make_room
-    from experiments.soak.command import soak as run_soak
+    from experiments.soak.trials import soak as run_soak
 
     _one_thread()
     if not 0 < minutes < 1e6:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from experiments.io import style
 from experiments.io.reading import readable
 from experiments.report import tables
-from experiments.report.conditions import Condition, gather
+from experiments.report.finished_runs import FinishedRuns, gather
 from experiments.runs.names import RANDOM_GENOMES, RECORDING, RECORDING_MEASURES
 
 __all__ = ["RecordedEpisode", "activations", "measures", "random_measures", "weight_distributions"]
@@ -39,7 +39,7 @@ class RecordedEpisode:
         arrays: what inner_life.npz holds of it, by name, without the axis of the runs.
     """
 
-    condition: Condition
+    condition: FinishedRuns
     measures: dict[str, Any]
     arrays: dict[str, NDArray[Any]]
 
@@ -88,14 +88,14 @@ def activations(run_folders: Sequence[Path], out: Path) -> list[Path]:
     return [*sheet.files, *tables.write(_activation_rows(found), out, "activations", caption)]
 
 
-def random_measures(condition: Condition) -> list[dict[str, Any]]:
+def random_measures(condition: FinishedRuns) -> list[dict[str, Any]]:
     """As `measures`, of random genomes in place of the champions."""
     files = condition.files(RANDOM_GENOMES)
     folders = dict.fromkeys(path for _, _, path in files)
     return [life for path in folders for life in _runs_in(path)]
 
 
-def measures(condition: Condition) -> list[dict[str, Any]]:
+def measures(condition: FinishedRuns) -> list[dict[str, Any]]:
     """What inner_life.json says of each run, in order; empty if the condition was not analysed."""
     found = []
     for run, own, path in condition.files(RECORDING_MEASURES):
@@ -114,7 +114,7 @@ def _runs_in(path: Path) -> list[dict[str, Any]]:
 
 
 def _weights(
-    conditions: Sequence[Condition], out: Path, name: str, variant: Mapping[str, str]
+    conditions: Sequence[FinishedRuns], out: Path, name: str, variant: Mapping[str, str]
 ) -> list[Path]:
     found = _of_variant(conditions, variant)
     lives = _lives(found)
@@ -138,7 +138,9 @@ def _weights(
     return [*sheet.files, *tables.write(_weight_rows(found), out, name, caption)]
 
 
-def _of_variant(conditions: Sequence[Condition], variant: Mapping[str, str]) -> list[Condition]:
+def _of_variant(
+    conditions: Sequence[FinishedRuns], variant: Mapping[str, str]
+) -> list[FinishedRuns]:
     return [
         each
         for each in conditions
@@ -147,7 +149,7 @@ def _of_variant(conditions: Sequence[Condition], variant: Mapping[str, str]) -> 
     ]
 
 
-def _lives(conditions: Sequence[Condition]) -> list[RecordedEpisode]:
+def _lives(conditions: Sequence[FinishedRuns]) -> list[RecordedEpisode]:
     lives = []
     for condition in conditions:
         described = {each["run"]: each for each in measures(condition)}
@@ -196,7 +198,7 @@ def _draw_raster(sheet: style.Sheet, axes: Axes, life: RecordedEpisode) -> None:
     sheet.figure.colorbar(image, ax=axes, label="activation")
 
 
-def _weight_rows(conditions: Sequence[Condition]) -> list[dict[str, Any]]:
+def _weight_rows(conditions: Sequence[FinishedRuns]) -> list[dict[str, Any]]:
     names = ("second", "median", "largest", "diverged", "kurtosis")
     return [
         _row(condition, whose, life["run"], {name: at_time[name] for name in names})
@@ -206,7 +208,7 @@ def _weight_rows(conditions: Sequence[Condition]) -> list[dict[str, Any]]:
     ]
 
 
-def _activation_rows(conditions: Sequence[Condition]) -> list[dict[str, Any]]:
+def _activation_rows(conditions: Sequence[FinishedRuns]) -> list[dict[str, Any]]:
     names = ("saturated", "middle", "switching", "period", "regularity")
     rows = []
     for condition in conditions:
@@ -222,7 +224,7 @@ def _activation_rows(conditions: Sequence[Condition]) -> list[dict[str, Any]]:
     return rows
 
 
-def _observed(condition: Condition) -> Iterator[tuple[str, dict[str, Any]]]:
+def _observed(condition: FinishedRuns) -> Iterator[tuple[str, dict[str, Any]]]:
     """All that was observed: whose it is, and its measures."""
     for whose, lives in (
         ("champion", measures(condition)),
@@ -232,7 +234,9 @@ def _observed(condition: Condition) -> Iterator[tuple[str, dict[str, Any]]]:
             yield whose, life
 
 
-def _row(condition: Condition, whose: str, run: int, values: Mapping[str, Any]) -> dict[str, Any]:
+def _row(
+    condition: FinishedRuns, whose: str, run: int, values: Mapping[str, Any]
+) -> dict[str, Any]:
     known = {name: float("nan") if value is None else value for name, value in values.items()}
     where = {"where": condition.where, "controller": condition.label, "whose": whose, "run": run}
     return where | known

@@ -1,7 +1,7 @@
 """What the GPU's program and the CPU's are compared on; as a command, on the stand-in for a GPU.
 
-``python -m tests.gpu.lives PRECISION FOLDER FILE`` saves what it gives in the file. A process lives
-through all of one precision, so that its kernels are compiled once. The CPU has lanes=8 throughout
+``python -m tests.gpu.episodes PRECISION FOLDER FILE`` saves what it gives in the file. A process is
+used for all of one precision, so that its kernels are compiled once; the CPU has lanes=8 throughout
 for the same reason.
 """
 

@@ -6,7 +6,7 @@ import statistics
 from dataclasses import dataclass, replace
 from typing import Literal
 
-__all__ = ["Row", "Stage", "Target", "Verdict"]
+__all__ = ["Measurement", "Stage", "Target", "Verdict"]
 
 Verdict = Literal["aim", "reached", "MISSED"]
 
@@ -25,7 +25,7 @@ class Target:
 
 
 @dataclass(frozen=True)
-class Row:
+class Measurement:
     """A figure.
 
     Attributes:
@@ -78,7 +78,7 @@ class Row:
             return "aim"
         return "reached" if self._reaches(self.target.bound) else "MISSED"
 
-    def joined(self, again: Row) -> Row:
+    def joined(self, again: Measurement) -> Measurement:
         """This row and the same, measured again."""
         known = [row.others for row in (self, again) if row.others is not None]
         return replace(self, samples=self.samples + again.samples, others=max(known, default=None))

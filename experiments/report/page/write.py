@@ -8,10 +8,10 @@ from experiments.io import terminal
 from experiments.io.atomic import write_atomically
 from experiments.runs.names import CHAMPIONS, CONFIG
 
-__all__ = ["report"]
+__all__ = ["write_page"]
 
 
-def report(folder: Path, out: Path | None = None, seed: int = 0) -> Path:
+def write_page(folder: Path, out: Path | None = None, seed: int = 0) -> Path:
     """Write one HTML file about a run or a campaign.
 
     Args:
