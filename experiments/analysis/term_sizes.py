@@ -37,7 +37,7 @@ class TermSizes:
     def by_layer(self) -> list[Tensor]:
         """Sums over steps and synapses of the sizes of A, B, C and D, (K, 4) each, float64."""
         layers = zip(self._networks.layers, self._sums, strict=True)
-        return [term_sizes(layer, *sums, self._steps) for layer, sums in layers]
+        return [term_sizes(layer, xy, x, y, self._steps) for layer, (xy, x, y) in layers]
 
     def total(self) -> Tensor:
         """The same over all layers, shape (K, 4), float64."""
