@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from physics import checks
 from physics.envs.tasks import Ground
 from physics.scene.terrain import Terrain
+from physics.worlds.seeds import mixed
 
 __all__ = ["Terrains"]
 
@@ -64,7 +64,7 @@ class Terrains:
         """
         if self._make is None:
             return None if self._fixed is None else [self._fixed] * len(seeds)
-        draws = checks.mixed(seeds + np.uint64(_STREAM), episodes) >> 1
+        draws = mixed(seeds + np.uint64(_STREAM), episodes) >> 1
         return [self._make(int(draw)) for draw in draws]
 
 

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import torch
 
-from physics.batch import Batch
 from physics.engine.memory.state import State
 from physics.scene.terrain import Terrain
+from physics.worlds.batch import Batch
 
 __all__ = ["check_fit", "pack", "unpack_terrains"]
 

@@ -9,10 +9,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from physics import backend, checks, saving
+from physics import backend, checks
 from physics.engine.memory import layout as lay
 from physics.engine.memory import state as st
-from physics.launcher import Launcher
+from physics.worlds import saving
+from physics.worlds.launcher import Launcher
 
 __all__ = ["Handled"]
 

@@ -9,15 +9,16 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from physics import checks
-from physics.conditions import Conditions
 from physics.engine.memory import layout as lay
 from physics.engine.memory import state as st
 from physics.engine.memory.layout import Layout
 from physics.scene import clock
+from physics.scene.conditions import Conditions
 from physics.scene.damage import Damage
 from physics.scene.morphology import Morphology
 from physics.scene.terrain import Terrain
+from physics.worlds.profiles import pack_terrains, padded, segments_within
+from physics.worlds.seeds import mixed
 
 __all__ = ["Batch"]
 
@@ -77,7 +78,7 @@ class Batch:
         self._like = like
         self._poses: dict[Terrain | None, Tensor] = {}
         self._first: tuple[Layout, Tensor] | None = None
-        self.segments, profiles = checks.pack_terrains(terrains, extent, places)
+        self.segments, profiles = pack_terrains(terrains, extent, places)
         self.profiles = torch.from_numpy(profiles).to(like)
         self._mask = None if damage is None else damage.broken_mask(len(seeds), morphology.n_voxels)
 
@@ -116,10 +117,10 @@ class Batch:
         if points > self.profiles.shape[1]:
             self._repack(int(_SPARE * points))
         else:
-            rows = {t: checks.padded(t, self.profiles.shape[1]) for t in fresh}
+            rows = {t: padded(t, self.profiles.shape[1]) for t in fresh}
             table = torch.from_numpy(np.stack([rows[terrain] for terrain in terrains]))
             self.profiles[torch.from_numpy(chosen)] = table.to(self.profiles)
-        needed = max(checks.segments_within(t.xs, self.extent) for t in fresh)
+        needed = max(segments_within(t.xs, self.extent) for t in fresh)
         grows = needed > self.segments
         self.segments = max(self.segments, needed)
         return grows
@@ -128,7 +129,7 @@ class Batch:
         """Makes room for terrains of so many points."""
         assert self.terrains is not None
         profiles = self.profiles.new_zeros(len(self.profiles), points, 2)
-        rows = {terrain: checks.padded(terrain, points) for terrain in set(self.terrains)}
+        rows = {terrain: padded(terrain, points) for terrain in set(self.terrains)}
         table = torch.from_numpy(np.stack([rows[terrain] for terrain in self.terrains]))
         profiles[: len(self.terrains)] = table.to(profiles)
         self.profiles = profiles
@@ -221,7 +222,7 @@ class Batch:
         seeds, episodes = self.seeds[chosen], self.episodes[chosen]
         if not episodes.any():
             return seeds
-        later = checks.mixed(seeds.astype(np.uint64), episodes.astype(np.uint64))
+        later = mixed(seeds.astype(np.uint64), episodes.astype(np.uint64))
         return np.where(episodes > 0, later, seeds)
 
     def _damage_times(self, damage: Damage, chosen: np.ndarray, seeds: np.ndarray) -> Tensor:

@@ -10,19 +10,19 @@ import torch
 from torch import Tensor
 
 from physics import backend
-from physics.batch import Batch
-from physics.conditions import Conditions
 from physics.engine import kernels
 from physics.engine.memory import layout as lay
 from physics.engine.memory import model
 from physics.engine.memory import state as st
 from physics.engine.memory.grouping import Grouping
 from physics.engine.memory.model import Engine
-from physics.observations import Observed
 from physics.scene import clock
+from physics.scene.conditions import Conditions
 from physics.scene.damage import Damage
 from physics.scene.morphology import Morphology
 from physics.scene.sensors import Apparatus
+from physics.worlds.batch import Batch
+from physics.worlds.observations import Observed
 
 __all__ = ["Launcher"]
 
