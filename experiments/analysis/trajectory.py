@@ -19,7 +19,7 @@ from experiments.rollout.control_loop import ControlLoop
 from experiments.rollout.episode import start_episode
 from experiments.rollout.scenarios import Scenarios
 from physics import DT, Apparatus, Simulator, Terrain, steps_in
-from physics.render.draw import Frame
+from physics.render import Frame
 
 __all__ = ["Trajectory", "lidar_rays", "record"]
 

@@ -23,7 +23,7 @@ from experiments.rollout.episode import Episode, start_episode
 from experiments.rollout.scenarios import Scenarios
 from experiments.runs.archive import ARCHIVE_INTERVAL
 from physics import DT
-from physics.render.draw import Frame
+from physics.render import Frame
 
 __all__ = [
     "Observation",

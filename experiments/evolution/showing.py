@@ -12,8 +12,7 @@ from experiments.evolution.observation import Observation
 from experiments.runs.tensorboard import EventFile, Tracker
 from experiments.runs.tensorboard.heatmap import heat_map
 from physics import Terrain
-from physics.render import draw, movie
-from physics.render.frame import Frame
+from physics.render import Frame, draw, movie
 
 __all__ = ["show"]
 

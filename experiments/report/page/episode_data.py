@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from experiments.analysis.trajectory import Trajectory
-from physics.render.frame import voxel_outlines
+from physics.render import voxel_outlines
 
 __all__ = ["EVERY", "WEIGHTS_EVERY", "episode_data"]
 
