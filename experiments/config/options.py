@@ -1,0 +1,84 @@
+"""What an option of an evolution is: its role, its short names, and which controllers have it.
+
+`EvolveConfig` states it once with each field; the names of conditions, the legends of figures and
+the checks read it from there.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+__all__ = ["Group", "Option", "Role", "option", "options_of"]
+
+Role = Literal["axis", "variant", "scale", "sample", "machine"]
+"""What an option is about:
+
+- "axis": body, sensors, controller and damage, by which figures are laid out;
+- "variant": anything else that makes another condition;
+- "scale": how much is computed; runs of different scales cannot be compared;
+- "sample": which runs of a condition;
+- "machine": how they are computed, which changes no result.
+"""
+
+Group = Literal["robot", "controller", "plasticity", "world", "evolution", "computation"]
+"""The headings under which the command line lists options."""
+
+_KEY = "option"
+
+
+@dataclass(frozen=True)
+class Option:
+    """What an option is.
+
+    Attributes:
+        role: See `Role`.
+        group: See `Group`.
+        suffix: What a value other than the default adds to the name of a condition's folder.
+        label: What it is called in legends and tables.
+        controllers: The controllers that have this option; empty: all.
+    """
+
+    role: Role
+    group: Group
+    suffix: Callable[[Any], str] = str
+    label: Callable[[Any], str] = str
+    controllers: tuple[str, ...] = ()
+
+
+def option(
+    default: Any,
+    role: Role,
+    *,
+    group: Group,
+    suffix: Callable[[Any], str] = str,
+    label: Callable[[Any], str] | Mapping[Any, str] = str,
+    controllers: tuple[str, ...] = (),
+) -> Any:
+    """A field of `EvolveConfig`.
+
+    Args:
+        default: The paper's value.
+        role: See `Role`.
+        group: See `Group`.
+        suffix: As in `Option`.
+        label: As in `Option`, or the names of some values; others are called as they are written.
+        controllers: As in `Option`.
+    """
+    names = label
+    call = names if callable(names) else lambda value: names.get(value, str(value))
+    what = Option(role, group, suffix, call, controllers)
+    return dataclasses.field(default=default, metadata={_KEY: what})
+
+
+def options_of(config: type, *roles: Role) -> dict[str, Option]:
+    """The options of a class of options, by name and in its order.
+
+    Args:
+        config: A dataclass whose fields `option` made.
+        roles: The roles wanted; none: all.
+    """
+    found = {field.name: field.metadata[_KEY] for field in dataclasses.fields(config)}
+    return {name: each for name, each in found.items() if not roles or each.role in roles}
