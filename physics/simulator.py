@@ -203,8 +203,7 @@ class Simulator(Handled):
         if fresh is not None:
             self._batch.set_seeds(chosen, fresh)
         else:
-            steps = self._state.header(lay.H_STEP).flatten()[torch.from_numpy(chosen)]
-            self._batch.count_episodes(chosen, (steps > 0).cpu().numpy())
+            self._batch.count_episodes(chosen, (self._state.steps() > 0).cpu().numpy()[chosen])
         if grounds is not None and self._batch.set_terrains(chosen, grounds):
             self._widen()
         self._begin(chosen)
@@ -250,7 +249,7 @@ class Simulator(Handled):
         if self.device.type == "cpu":
             checks.finite_numbers(name, actions)
         steps = len(actions) * self.control_interval
-        self._reserve(steps)
+        self._require_countable(steps)
         readings = self._readings()
         self._at_start = False
         self._play(actions, readings, 0, steps)
@@ -330,7 +329,7 @@ class Simulator(Handled):
                 f"{controller.dtype} with strides {controller.stride()}"
             )
         engine_steps = steps * self.control_interval
-        self._reserve(engine_steps)
+        self._require_countable(engine_steps)
         self._center, self._at_start = None, False
         readings = self._readings()
         for part in self._grouping.parts_for(engine_steps):
