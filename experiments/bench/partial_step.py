@@ -94,7 +94,7 @@ class PartialStep:
 
         Args:
             stages: sum of those in `STAGES`.
-            times: how often.
+            times: How often the step is taken.
             noise: whether the sensors have any.
 
         Returns:
