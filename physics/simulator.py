@@ -12,7 +12,7 @@ from torch import Tensor
 
 from physics import backend, checks
 from physics.engine import kernels
-from physics.engine.contacts import ground_detection
+from physics.engine.contacts import terrain_window
 from physics.engine.memory import layout as lay
 from physics.engine.memory import model
 from physics.engine.memory.grouping import Grouping, lanes_for
@@ -297,49 +297,6 @@ class Simulator(Handled):
         """
         return -(-clock.steps_in(duration) // self.control_interval)
 
-    def run_closed_loop(
-        self, kernel: Callable[[backend.Program], backend.Kernel], controller: Tensor, steps: int
-    ) -> Tensor | None:
-        """Many control steps with a controller inside the kernel.
-
-        Args:
-            kernel: gives the kernel for a program, one of ``kernels.closed_loop``; the same one
-                whenever it is asked.
-            controller: the controller's tensor, (groups, items, lanes), of this simulator's dtype,
-                changed in place; its memory in the order of kernels (`backend.unpacked`).
-            steps: how many control steps.
-
-        Returns:
-            Readings after the last step, (N, R), or None without sensors.
-
-        Raises:
-            ValueError: a tensor for other worlds, of another type or in another order.
-        """
-        checks.tensor(
-            "controller",
-            controller,
-            groups=self._grouping.whole.count,
-            items=None,
-            lanes=self.lanes,
-        )
-        if (
-            controller.dtype != self.dtype
-            or not backend.packed(controller, self.lanes).is_contiguous()
-        ):
-            raise ValueError(
-                f"controller: expected {self.dtype} in the order of backend.unpacked, got "
-                f"{controller.dtype} with strides {controller.stride()}"
-            )
-        engine_steps = steps * self.control_interval
-        self._require_countable(engine_steps)
-        self._center, self._at_start = None, False
-        readings = self._readings()
-        for part in self._grouping.parts_for(engine_steps):
-            tensors = *self.kernel_tensors(part.program), part.program.packed(controller)
-            kernel(part.program)(*tensors, readings, 0, steps, part.first, part.count, part.chunks)
-        self._steps += engine_steps
-        return self._given(readings)
-
     def _bytes_per_world(self) -> int:
         """Least memory that a world takes, with what is copied when it is made [bytes]."""
         items = self.n_voxels * lay.VOXEL_ITEMS
@@ -348,7 +305,7 @@ class Simulator(Handled):
     def _extent(self) -> float:
         """Width of ground that a robot may need at once, whatever its posture [m]."""
         size = material.VOXEL_SIDE * math.hypot(self.morphology.width, self.morphology.height)
-        return _STRETCH * size + 2 * (model.reach(self.apparatus) + ground_detection.MARGIN)
+        return _STRETCH * size + 2 * (model.reach(self.apparatus) + terrain_window.MARGIN)
 
 
 def _friction(engine: Engine, friction: Any) -> Any:

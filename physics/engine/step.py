@@ -8,6 +8,7 @@ from physics.engine.contacts import (
     ground_solver,
     self_detection,
     self_solver,
+    terrain_window,
 )
 from physics.engine.joints import ropes, springs, welds
 from physics.engine.lane_math import any_lane, magnitude
@@ -41,7 +42,7 @@ def touch(S: ti.template(), terrain: ti.template(), m: ti.template(), advanced, 
     """Second half of a step: finds contacts. Without the first (``advanced`` is false) it is a
     look at poses that were set by hand, of which none has landed."""
     if m.stages & DETECTION:
-        ground_detection.update_window(S, terrain, m, T)
+        terrain_window.update(S, terrain, m, T)
         detect(S, m, advanced, T)
     if ti.static(T.features.self_collision):  # noqa: SIM102 - compile-time
         if m.stages & SELF_COLLISION:
