@@ -196,8 +196,8 @@ class Simulator(Handled):
                 f"seeds: expected one for each of the {len(chosen)} worlds, got {seeds!r}"
             )
         fresh = None if seeds is None else world_seeds(seeds, len(chosen))
-        grounds = selection.terrain_list(terrains, len(chosen))
-        if grounds is not None and self._batch.terrains is None:
+        fresh_terrains = selection.terrain_list(terrains, len(chosen))
+        if fresh_terrains is not None and self._batch.terrains is None:
             raise ValueError("terrains: expected None in worlds without ground; drop it")
         if len(chosen) == 0:
             return self._given(self._last_readings())
@@ -205,7 +205,7 @@ class Simulator(Handled):
             self._batch.set_seeds(chosen, fresh)
         else:
             self._batch.count_episodes(chosen, (self._state.steps() > 0).cpu().numpy()[chosen])
-        if grounds is not None and self._batch.set_terrains(chosen, grounds):
+        if fresh_terrains is not None and self._batch.set_terrains(chosen, fresh_terrains):
             self._widen()
         self._begin(chosen)
         self._at_start = self._at_start or len(chosen) == self.n_worlds

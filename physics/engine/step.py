@@ -105,9 +105,9 @@ def count_step(S: ti.template(), m: ti.template(), T: ti.template()):
     """A world goes on until its last step is done, it failed or its robot left the ground."""
     h = m.header
     left = step_counter.steps_until(S, m, lay.H_LIFE_HIGH, S[h + lay.H_LIFE], T)
-    lives = (left > T.f(0.0)) & (S[h + lay.H_FAILED] == T.f(0.0))
-    lives = lives & (S[h + lay.H_LEFT] == T.f(0.0))
-    alive = ti.select(lives, T.vec(1.0), T.vec(0.0))
+    going = (left > T.f(0.0)) & (S[h + lay.H_FAILED] == T.f(0.0))
+    going = going & (S[h + lay.H_LEFT] == T.f(0.0))
+    alive = ti.select(going, T.vec(1.0), T.vec(0.0))
     S[h + lay.H_ALIVE] = alive
     step_counter.advance(S, m, alive, T)
 
