@@ -22,7 +22,7 @@ class Handled(Launcher):
     """N worlds whose state can be taken, given and set by hand.
 
     Attributes:
-        sensor_names: of the readings, R.
+        sensor_names: The names of the readings, R.
     """
 
     sensor_names: tuple[str, ...]
@@ -109,7 +109,7 @@ class Handled(Launcher):
         """What the robots would have sensed along a recorded motion; time goes on.
 
         Args:
-            poses: of the squares after each step, (T, N, V, 4, 3), as for ``set_poses``.
+            poses: The poses of the squares after each step, (T, N, V, 4, 3), as for ``set_poses``.
             velocities: likewise, (T, N, V, 4, 3).
 
         Returns:

@@ -32,8 +32,8 @@ class Launcher(Observed):
     """N worlds in memory; what a kernel needs, and how it is launched.
 
     Attributes:
-        morphology, apparatus: of the robots.
-        n_worlds, n_voxels: N, V.
+        morphology, apparatus: The shape and the sensors of the robots.
+        n_worlds, n_voxels: The numbers of worlds, N, and of voxels of each robot, V.
         lanes: worlds of a group.
         control_interval: engine steps in a control step.
         damage: when and how voxels break, if they do.

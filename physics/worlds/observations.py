@@ -16,8 +16,8 @@ class Observed:
     """Reads the state of N worlds with V voxels each; every call copies.
 
     Attributes:
-        dtype, device: of the state.
-        n_readings: of a world's sensors, R.
+        dtype, device: The data type and the device of the state.
+        n_readings: The number of readings of a world's sensors, R.
     """
 
     dtype: torch.dtype
