@@ -15,6 +15,7 @@ from PIL import Image
 from experiments.analysis.film_options import FilmOptions
 from experiments.analysis.spectrum import period_of
 from experiments.analysis.trajectory import Trajectory, record
+from experiments.io.outputs import require_folder
 from experiments.runs.champions import Champions
 from physics import DT
 from physics.render import draw, movie, palette
@@ -70,11 +71,12 @@ def film_run(
     options.validate()
     champions = Champions.load(folder)
     run = chosen_run(champions, folder, run)
+    out = folder if out is None else out
+    require_folder(out)
     course = record(
         champions.config, champions.genomes[run], seed=seed, start=start, seconds=seconds
     )
     origin = f"run {run}, generation {champions.config.generations}"
-    out = folder if out is None else out
     out.mkdir(parents=True, exist_ok=True)
     files = [out / f"gait.{suffix}" for suffix in options.stills]
     page = draw_gait(course, origin, options)

@@ -157,7 +157,7 @@ def evaluate_run(
     Raises:
         ValueError: an option is wrong, or the run cannot be read; nothing was written then.
     """
-    require_writable(out)
+    require_writable(out, folder)
     assessment = assess(folder, n_terrains, terrain, damage, seed)
     config, speeds = assessment.config, assessment.speeds
     out = out or folder / evaluation_file(config, n_terrains, seed)

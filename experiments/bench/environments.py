@@ -25,6 +25,7 @@ import torch
 __all__ = ["curve", "main"]
 
 _WARM_UP = 60  # steps
+_FORMAT = 1  # of the table in JSON
 _ROUNDS = 5
 _ACTIONS = 64  # different ones
 
@@ -128,7 +129,9 @@ def main(arguments: Sequence[str] | None = None) -> list[dict[str, Any]]:
         f"EvoGym Walker-v0: {other['steps_per_second']:,.0f}" if other else "EvoGym: not installed"
     )
     if options.out is not None:
-        options.out.write_text(json.dumps({"rows": rows, "evogym": other}, indent=1) + "\n")
+        options.out.write_text(
+            json.dumps({"format": _FORMAT, "rows": rows, "evogym": other}, indent=1) + "\n"
+        )
     return rows
 
 

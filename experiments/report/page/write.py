@@ -6,6 +6,7 @@ from pathlib import Path
 
 from experiments.io import terminal
 from experiments.io.atomic import write_atomically
+from experiments.io.outputs import require_folder
 from experiments.runs.names import CHAMPIONS, CONFIG
 
 __all__ = ["write_page"]
@@ -32,6 +33,7 @@ def write_page(folder: Path, out: Path | None = None, seed: int = 0) -> Path:
         raise ValueError(
             f"out: expected a name ending in .html in an existing folder, got {str(out)!r}"
         )
+    require_folder(out.parent)
     is_run = (folder / CONFIG).is_file() or (folder / CHAMPIONS).is_file()
     if is_run:
         from experiments.report.page.run_page import run_page
