@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import torch
@@ -13,6 +14,12 @@ from tests.oracle.contacts import GROUND
 from tests.oracle.world import OracleWorld
 
 DOUBLE = torch.float64
+FLAT = Terrain.from_name("flat")
+
+
+def small(**settings: Any) -> Simulator:
+    """Two robots of two voxels with low sensors."""
+    return Simulator("worm-2x1", FLAT, 2, sensors="low", **settings)
 
 
 def gaits(steps: int, worlds: int, voxels: int, seed: int = 0, amplitude: float = 1.0) -> Tensor:
