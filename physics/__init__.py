@@ -9,6 +9,7 @@ for _ in range(60):
     readings = sim.step(torch.zeros(40, sim.n_voxels))
 """
 
+from physics.bodies import Bodies, Body
 from physics.engine.memory.model import Engine
 from physics.scene.clock import steps_in
 from physics.scene.damage import Damage
@@ -21,6 +22,8 @@ from physics.simulator import Simulator
 __all__ = [
     "DT",
     "Apparatus",
+    "Bodies",
+    "Body",
     "Damage",
     "Engine",
     "Morphology",

@@ -59,14 +59,14 @@ def _kernel(program: backend.Program) -> Any:
     ):
         for q in range(backend.GRAIN):
             if q == 0:
-                m = load_sizes(mi)
+                m = load_sizes(mi, 0)
                 for g in range(lists.shape[0]):
                     state, before = ti.static(
-                        (T.group(S, g, m.items), T.group(S_before, g, m.items))
+                        (T.group(S, g, m.group_items), T.group(S_before, g, m.group_items))
                     )
                     contacts, _ = ti.static((T.lists(lists, g), 0))
                     for _time in range(times):
-                        for item in range(m.items):
+                        for item in range(m.group_items):
                             state[item] = before[item]
                         for item in range(contacts.items):
                             contacts[item] = lists_before[g, item]

@@ -13,7 +13,7 @@ from physics.backend import Kernel, Program, ti
 from physics.engine import actuation, step
 from physics.engine.memory import layout as lay
 from physics.engine.memory import partial_group
-from physics.engine.memory.model import load_sizes
+from physics.engine.memory.model import load_sizes, sizes_of_group
 from physics.engine.sensing import sense
 
 
@@ -79,10 +79,11 @@ def play(program: Program) -> Kernel:
     ):
         for q in range(chunks * T.grain):
             if q % T.grain == 0:
-                m = load_sizes(mi)
+                m = load_sizes(mi, 0)
                 begin_group, end_group = _share(q // T.grain, first, count, chunks)
                 for g in range(begin_group, end_group):
-                    state, contacts = ti.static((T.group(S, g, m.items), T.lists(lists, g)))
+                    sizes_of_group(m, mi, g)
+                    state, contacts = ti.static((T.group(S, g, m.group_items), T.lists(lists, g)))
                     if ti.static(T.narrow):
                         partial_group.squeeze(state, T)
                     for t in range(begin, end):
@@ -132,14 +133,15 @@ def closed_loop(program: Program, controller: Callable[..., Any]) -> Kernel:
     ):
         for q in range(chunks * T.grain):
             if q % T.grain == 0:
-                m = load_sizes(mi)
+                m = load_sizes(mi, 0)
                 begin_group, end_group = _share(q // T.grain, first, count, chunks)
                 for g in range(begin_group, end_group):
+                    sizes_of_group(m, mi, g)
                     state, contacts, network = ti.static(
                         (
-                            T.group(S, g, m.items),
+                            T.group(S, g, m.group_items),
                             T.lists(lists, g),
-                            T.group(net, g, T.items(net, S, m.items)),
+                            T.group(net, g, T.items(net, S, m.group_items)),
                         )
                     )
                     if ti.static(T.narrow):

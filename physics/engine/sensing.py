@@ -60,7 +60,7 @@ def sense(
         if kind != TOUCH and kind != RAY:
             value = T.f(0.5) + T.f(0.5) * tanh(value, T)
         S[m.reading_block + r] = value
-    if mf[F_NOISE] > T.f(0.0):
+    if mf[m.numbers + F_NOISE] > T.f(0.0):
         noise.add_to_readings(S, m, mf, T)
     if m.damage_mode == BLIND:
         for r in range(m.readings):
@@ -183,7 +183,7 @@ def _cast_ray(
     x = x * T.f(0.25)
     y = y * T.f(0.25)
     zero = T.vec(0.0)
-    numbers = F_RAYS + F_RAY_ROW * ray
+    numbers = m.numbers + F_RAYS + F_RAY_ROW * ray
     cr, sr, far = mf[numbers], mf[numbers + 1], mf[numbers + 2]
     ux = c * cr - s * sr
     uy = s * cr + c * sr

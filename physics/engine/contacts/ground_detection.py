@@ -34,7 +34,7 @@ def update_window(
 ):
     """Keeps the segments within reach of every square of each robot in the window."""
     if m.segments > 0:
-        reach = mf[F_REACH]
+        reach = mf[m.numbers + F_REACH]
         low = T.vec(_FAR)
         high = T.vec(-_FAR)
         for v in range(m.voxels):
@@ -50,7 +50,7 @@ def update_window(
             for lane in range(T.lanes):
                 if marks[lane] > T.f(0.0):
                     start = low[lane] - T.f(MARGIN)
-                    _fill_lane(S, terrain, m, lane, start, start + mf[F_EXTENT], T)
+                    _fill_lane(S, terrain, m, lane, start, start + mf[m.numbers + F_EXTENT], T)
 
 
 @ti.func
