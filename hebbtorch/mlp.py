@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import torch
 from torch import Tensor, nn
 
-from hebbtorch.dynamics import Described
+from hebbtorch.described import Described
 from hebbtorch.functional.activation import Activation
 from hebbtorch.functional.bounds import Bound
 from hebbtorch.functional.rules import LearningRule

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import torch
 from torch import Tensor, nn
 
-from hebbtorch.dynamics import Described, option
+from hebbtorch.described import Described, option
 from hebbtorch.functional.activation import (
     Activation,
     activation_named,

@@ -9,8 +9,8 @@ for _ in range(60):
     readings = sim.step(torch.zeros(40, sim.n_voxels))
 """
 
-from physics.bodies import Bodies, Body
 from physics.engine.memory.model import Engine
+from physics.scene.bodies import Bodies, Body
 from physics.scene.clock import steps_in
 from physics.scene.damage import Damage
 from physics.scene.material import DT

@@ -10,20 +10,22 @@ import torch
 from torch import Tensor
 
 from physics import backend, checks
-from physics.batch import Batch, varied
-from physics.bodies import Bodies, Body
-from physics.conditions import Conditions
 from physics.engine import kernels
 from physics.engine.memory import layout as lay
 from physics.engine.memory.grouping import Grouping, lanes_for_robots
 from physics.engine.memory.model import Engine
-from physics.handling import Handled
-from physics.launcher import extent
 from physics.scene import clock, material
+from physics.scene.bodies import Bodies, Body
+from physics.scene.conditions import Conditions
 from physics.scene.damage import Damage
 from physics.scene.morphology import Morphology
 from physics.scene.sensors import Apparatus
 from physics.scene.terrain import Terrain
+from physics.worlds import selection
+from physics.worlds.batch import Batch, varied
+from physics.worlds.handling import Handled
+from physics.worlds.launcher import extent
+from physics.worlds.seeds import world_seeds
 
 
 class Simulator(Handled):
@@ -118,9 +120,9 @@ class Simulator(Handled):
             actuation_cutoff,
         )
         self.control_interval = self._conditions.control_interval
-        seeds = checks.world_seeds(seed, self.n_worlds)
-        lifetimes = checks.lifetimes_in_steps(lifetime, self.n_worlds)
-        terrains = checks.terrain_list(terrain, self.n_worlds)
+        seeds = world_seeds(seed, self.n_worlds)
+        lifetimes = selection.lifetimes_in_steps(lifetime, self.n_worlds)
+        terrains = selection.terrain_list(terrain, self.n_worlds)
         if threads is not None:
             threads = checks.positive_integer("threads", threads)
         device_type = self.device.type
@@ -241,13 +243,13 @@ class Simulator(Handled):
             ValueError: an argument is for other worlds, or there is no ground to replace; nothing
                 has changed then.
         """
-        chosen = checks.chosen_worlds("worlds", worlds, self.n_worlds)
+        chosen = selection.chosen_worlds("worlds", worlds, self.n_worlds)
         if seeds is not None and not checks.is_sequence(seeds) and len(chosen) < self.n_worlds:
             raise ValueError(
                 f"seeds: expected one for each of the {len(chosen)} worlds, got {seeds!r}"
             )
-        fresh = None if seeds is None else checks.world_seeds(seeds, len(chosen))
-        grounds = checks.terrain_list(terrains, len(chosen))
+        fresh = None if seeds is None else world_seeds(seeds, len(chosen))
+        grounds = selection.terrain_list(terrains, len(chosen))
         if grounds is not None and self._batch.terrains is None:
             raise ValueError("terrains: expected None in worlds without ground; drop it")
         if len(chosen) == 0:

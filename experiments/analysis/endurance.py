@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 
 from experiments.config import EvolveConfig
-from experiments.files.csvfile import write_csv
+from experiments.io.csvfile import write_csv
 from experiments.rollout import seeds
 from experiments.rollout.episode import start_episode
 from experiments.rollout.scenarios import Scenarios

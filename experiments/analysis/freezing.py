@@ -17,8 +17,8 @@ from torch import Tensor
 
 from experiments.analysis.unseen import speeds_on
 from experiments.config import EvolveConfig
-from experiments.files.csvfile import write_csv
-from experiments.files.outputs import require_writable
+from experiments.io.csvfile import write_csv
+from experiments.io.outputs import require_writable
 from experiments.rollout import controller, seeds
 from experiments.rollout.episode import Episode, simulator, start_episode
 from experiments.rollout.scenarios import Scenarios
@@ -27,7 +27,15 @@ from experiments.runs.names import FREEZING_TERRAINS, freezing_file
 from experiments.runs.tensorboard import EventFile
 from experiments.runs.tensorboard.tracker import run_folders
 
-__all__ = ["Freezing", "act", "freeze", "learn", "plastic_champions", "report", "training_and_test"]
+__all__ = [
+    "Freezing",
+    "act",
+    "freeze",
+    "freeze_run",
+    "learn",
+    "plastic_champions",
+    "training_and_test",
+]
 
 Weights = tuple[Tensor, ...]  # one (..., out, in) per layer
 
@@ -81,7 +89,7 @@ class Freezing:
             out: path of the PNG file.
         """
         # Slow to import, and most that import this module draw nothing.
-        from experiments.plotting import style
+        from experiments.io import style
 
         seconds, of_runs = range(len(self.middle)), self.speeds.nanmean(-1)
         with style.sheet(out.parent, out.stem, (4.4, 2.4)) as sheet:
@@ -138,7 +146,7 @@ def freeze(champions: Champions, n_terrains: int = FREEZING_TERRAINS, seed: int 
     return Freezing(title, test.names, speeds.transpose(0, 1))
 
 
-def report(folder: Path, n_terrains: int, seed: int, out: Path | None) -> None:
+def freeze_run(folder: Path, n_terrains: int, seed: int, out: Path | None) -> None:
     """Freeze the champions of a run, print a summary, write every speed and a picture.
 
     Args:

@@ -18,7 +18,7 @@ from typing import Any
 from torch import Tensor
 
 from experiments.config import EvolveConfig
-from experiments.files.csvfile import write_csv
+from experiments.io.csvfile import write_csv
 from experiments.rollout import seeds
 from experiments.rollout.episode import start_episode
 from experiments.rollout.scenarios import Scenarios

@@ -17,7 +17,7 @@ from torch import Tensor
 from experiments.analysis.freezing import act, learn, training_and_test
 from experiments.analysis.unseen import speeds_on
 from experiments.config import EvolveConfig
-from experiments.files.csvfile import write_csv
+from experiments.io.csvfile import write_csv
 from experiments.rollout.scenarios import Scenarios
 from experiments.runs.archive import Archive
 from experiments.runs.champions import Champions

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from PIL import Image
 
-from experiments import terminal
 from experiments.analysis import film
-from experiments.analysis.life_log import log_life
+from experiments.analysis.episode_log import log_episode
+from experiments.io import terminal
 from experiments.runs.champions import Champions
 from experiments.runs.tensorboard import EventFile
 from experiments.runs.tensorboard.tracker import run_folders
@@ -52,4 +52,4 @@ def log_champion(folder: Path, champions: Champions, page: Path | None = None) -
     if page is not None:
         with EventFile(own, part="gait") as file, Image.open(page) as image:
             file.image("champion/gait", image, config.generations)
-    return log_life(own, config, champions.genomes[best])
+    return log_episode(own, config, champions.genomes[best])

@@ -15,7 +15,7 @@ import torch
 from torch import Tensor
 
 from experiments.analysis.freezing import Weights, act, learn, training_and_test
-from experiments.files.csvfile import write_csv
+from experiments.io.csvfile import write_csv
 from experiments.rollout import seeds
 from experiments.runs.champions import Champions
 from experiments.runs.names import FREEZING_TERRAINS

@@ -25,7 +25,7 @@ from experiments.analysis import measures
 from experiments.analysis.freezing import plastic_champions, training_and_test
 from experiments.analysis.term_sizes import TermSizes
 from experiments.config import EvolveConfig
-from experiments.files.atomic import write_atomically
+from experiments.io.atomic import write_atomically
 from experiments.rollout import fused
 from experiments.rollout.episode import start_episode
 from experiments.rollout.scenarios import Scenarios

@@ -11,8 +11,8 @@ from typing import Literal
 from torch import Tensor
 
 from experiments.config import EvolveConfig
-from experiments.files.csvfile import write_csv
-from experiments.files.outputs import require_writable
+from experiments.io.csvfile import write_csv
+from experiments.io.outputs import require_writable
 from experiments.rollout import seeds
 from experiments.rollout.episode import start_episode
 from experiments.rollout.scenarios import Scenarios
@@ -24,8 +24,8 @@ from experiments.runs.tensorboard.tracker import run_folders
 __all__ = [
     "Assessment",
     "assess",
+    "evaluate_run",
     "reassess",
-    "report",
     "speeds_on",
 ]
 
@@ -135,7 +135,7 @@ def assess(
     return Assessment(champions, config, scenarios, speeds_on(config, champions.genomes, scenarios))
 
 
-def report(
+def evaluate_run(
     folder: Path,
     n_terrains: int,
     terrain: str | None,

@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from experiments.analysis.unseen import speeds_on
-from experiments.files.csvfile import write_csv
+from experiments.io.csvfile import write_csv
 from experiments.rollout import seeds
 from experiments.rollout.scenarios import Scenarios
 from experiments.runs.champions import Champions

@@ -22,16 +22,16 @@ from experiments.bench import (
 )
 from experiments.bench.gpu import gpu
 from experiments.bench.machine import Machine, available_cores
+from experiments.bench.measurement import Measurement, Stage
 from experiments.bench.profile import step_stages
-from experiments.bench.row import Row, Stage
 from experiments.bench.setting import Setting
 from experiments.bench.timing import OtherProcesses
-from experiments.files.outputs import make_room
+from experiments.io.outputs import make_room
 from physics import checks
 
-__all__ = ["Measurement", "bench", "measurements", "processes"]
+__all__ = ["Benchmark", "bench", "measurements", "processes"]
 
-Measurement = Callable[[Setting], list[Row]]
+Benchmark = Callable[[Setting], list[Measurement]]
 _PLAIN_WIDTH = 150  # of a table that does not go to a terminal
 
 
@@ -115,9 +115,9 @@ def _compare(
         console.print(f"wrote {path}")
 
 
-def measurements() -> dict[str, Measurement]:
+def measurements() -> dict[str, Benchmark]:
     """What is measured within this process, in this order."""
-    found: dict[str, Measurement] = {
+    found: dict[str, Benchmark] = {
         f"open loop, {shape}": partial(rates.open_loop, shape=shape)
         for shape in (rates.BIPED, rates.WORM)
     }
@@ -132,19 +132,19 @@ def measurements() -> dict[str, Measurement]:
         "batches": scaling.over_worlds,
         "boxes": scaling.over_voxels,
         "memory": scaling.memory,
-        "a generation besides the lives": overhead.besides_lives,
+        "a generation besides the episodes": overhead.besides_episodes,
     }
 
 
-def processes() -> dict[str, Measurement]:
+def processes() -> dict[str, Benchmark]:
     """What is measured in processes of its own, in this order."""
     return {"evolve": evolution.evolve, "starts": startup.starts, "GPU": gpu}
 
 
-def _measure(console: Console, setting: Setting) -> list[Row]:
+def _measure(console: Console, setting: Setting) -> list[Measurement]:
     """All rows; tells how far it is."""
     rounds = [*measurements().items()] * setting.passes + [*processes().items()]
-    rows: dict[str, Row] = {}
+    rows: dict[str, Measurement] = {}
     for number, (name, measure) in enumerate(rounds, start=1):
         started, other_processes = time.perf_counter(), OtherProcesses()
         measured = measure(setting)

@@ -12,7 +12,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from experiments.bench.machine import Machine
-from experiments.bench.row import Row, Stage
+from experiments.bench.measurement import Measurement, Stage
 
 __all__ = ["markdown", "show_rows", "show_stages", "write_json"]
 
@@ -33,7 +33,7 @@ _COLUMNS = (
 _SHOWN = ("median", "best", "unit", "baseline", "ratio", "target / aim", "verdict", "others")
 
 
-def show_rows(console: Console, rows: Sequence[Row]) -> None:
+def show_rows(console: Console, rows: Sequence[Measurement]) -> None:
     """Prints the table."""
     table = Table(title="Speed", title_justify="left")
     table.add_column("what", overflow="fold")
@@ -59,7 +59,7 @@ def show_stages(console: Console, stages: Sequence[Stage]) -> None:
     console.print(table)
 
 
-def markdown(machine: Machine, rows: Sequence[Row], stages: Sequence[Stage]) -> str:
+def markdown(machine: Machine, rows: Sequence[Measurement], stages: Sequence[Stage]) -> str:
     """The tables as Markdown."""
     lines = [f"{machine.cpu}, {machine.cores} cores, python {machine.python}, "]
     lines[0] += f"torch {machine.torch}, taichi {machine.taichi}; `{machine.command}`, "
@@ -77,7 +77,7 @@ def write_json(
     machine: Machine,
     seed: int,
     quick: bool,
-    rows: Sequence[Row],
+    rows: Sequence[Measurement],
     stages: Sequence[Stage],
 ) -> None:
     """Writes everything for a machine to read."""
@@ -91,7 +91,7 @@ def write_json(
     path.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
-def _entry(row: Row) -> dict[str, Any]:
+def _entry(row: Measurement) -> dict[str, Any]:
     target = row.target and {"bound": row.target.bound, "aim": row.target.aim}
     return {
         "what": row.what,
@@ -110,7 +110,7 @@ def _entry(row: Row) -> dict[str, Any]:
     }
 
 
-def _cells(row: Row) -> list[str]:
+def _cells(row: Measurement) -> list[str]:
     low, high = row.quartiles
     target = ""
     if row.target is not None:

@@ -10,8 +10,8 @@ import tempfile
 from itertools import pairwise
 from pathlib import Path
 
+from experiments.bench.measurement import Measurement, Target
 from experiments.bench.rates import BIPED, rates
-from experiments.bench.row import Row, Target
 from experiments.bench.setting import Setting
 from experiments.bench.workload import ClosedLoop
 from experiments.runs.names import HISTORY
@@ -25,7 +25,7 @@ _PAPER_EVALUATIONS, _PAPER_DURATION = 20_000, 60.0
 _COMMAND = "from experiments.cli import main; main()"
 
 
-def evolve(setting: Setting) -> list[Row]:
+def evolve(setting: Setting) -> list[Measurement]:
     """Runs side by side on all cores, in a process of its own.
 
     The rate per core that it is held against is measured before and after, since it depends on
@@ -40,9 +40,9 @@ def evolve(setting: Setting) -> list[Row]:
     shares = (share(robot_steps, s, setting.cores, rate) for s in seconds)
     minutes = (paper_run_minutes(s, setting) for s in seconds)
     return [
-        Row(f"{name}: wall time", "robot-steps/s", tuple(robot_steps / s for s in seconds)),
-        Row(f"{name}: share of the closed loop", "%", tuple(shares), target=_SHARE),
-        Row(
+        Measurement(f"{name}: wall time", "robot-steps/s", tuple(robot_steps / s for s in seconds)),
+        Measurement(f"{name}: share of the closed loop", "%", tuple(shares), target=_SHARE),
+        Measurement(
             f"one paper run of {_PAPER_EVALUATIONS:,} evaluations, as one of {setting.runs}",
             "min",
             tuple(minutes),

@@ -9,8 +9,8 @@ import time
 
 import torch
 
+from experiments.bench.measurement import Measurement, Target
 from experiments.bench.rates import BIPED
-from experiments.bench.row import Row, Target
 from experiments.bench.setting import Setting
 from experiments.bench.workload import ClosedLoop, warm_up
 
@@ -27,7 +27,7 @@ print(json.dumps(wall_rates("cuda", worlds, Setting(1, seed, repetitions=repetit
 """
 
 
-def gpu(setting: Setting) -> list[Row]:
+def gpu(setting: Setting) -> list[Measurement]:
     """Closed loops of several sizes, each in a process of its own: one simulates on one device."""
     if not torch.cuda.is_available():
         return []
@@ -38,7 +38,7 @@ def gpu(setting: Setting) -> list[Row]:
         done = subprocess.run(command, check=True, capture_output=True, text=True)
         what = f"closed loop on the GPU, {BIPED}, high, hebbian, {worlds} worlds"
         samples = tuple(json.loads(done.stdout.splitlines()[-1]))
-        rows.append(Row(what, "robot-steps/s", samples, target=_TARGETS.get(worlds)))
+        rows.append(Measurement(what, "robot-steps/s", samples, target=_TARGETS.get(worlds)))
     return rows
 
 

@@ -1,4 +1,4 @@
-"""What a generation of an evolution costs besides the lives of its robots."""
+"""What a generation of an evolution costs besides the episodes of its robots."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from pathlib import Path
 
 import torch
 
+from experiments.bench.measurement import Measurement, Stage
 from experiments.bench.rates import BIPED
-from experiments.bench.row import Row, Stage
 from experiments.bench.setting import Setting
 from experiments.bench.timing import cpu_seconds
 from experiments.config import EvolveConfig
@@ -22,17 +22,17 @@ from experiments.runs.folder import Checkpoint, RunStore
 from experiments.runs.tensorboard import Tracker
 from physics import steps_in
 
-__all__ = ["PARTS", "besides_lives", "generation_stages"]
+__all__ = ["PARTS", "besides_episodes", "generation_stages"]
 
 PARTS = ("worlds and networks", "evolution", "logging")
 _SHORT = 0.1  # [s], the least a life can last; it is counted with the making of the worlds
 
 
-def besides_lives(setting: Setting) -> list[Row]:
+def besides_episodes(setting: Setting) -> list[Measurement]:
     """CPU time of one core that the robots of a generation do not live in."""
-    what = f"a generation of {setting.runs} x {setting.population} besides the lives"
+    what = f"a generation of {setting.runs} x {setting.population} besides the episodes"
     totals = tuple(1e3 * sum(parts) for parts in _generations(setting))
-    return [Row(what, "ms", totals, more_is_better=False)]
+    return [Measurement(what, "ms", totals, more_is_better=False)]
 
 
 def generation_stages(setting: Setting) -> list[Stage]:
@@ -86,7 +86,9 @@ def _one_generation(
     def log() -> None:
         failed = outcomes[0].failed.reshape(fitness.shape)
         weights = [w.unflatten(0, fitness.shape) for w in outcomes[0].state.weights]
-        rows = [history.Row.of(run, generation, fitness[run], 1.0) for run in range(config.runs)]
+        rows = [
+            history.HistoryRow.of(run, generation, fitness[run], 1.0) for run in range(config.runs)
+        ]
         numbers = [
             metrics.measure(own, failed[run], [w[run].flatten(1) for w in weights], 1.0, 1)
             for run, own in enumerate(genomes)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import torch
 
 import hebbtorch
-from experiments.bench.row import Row
+from experiments.bench.measurement import Measurement
 from experiments.bench.setting import Setting
 from experiments.bench.timing import cpu_seconds_each
 
@@ -18,10 +18,10 @@ _POPULATIONS = (40, 400)
 _STEPS = 50
 
 
-def networks(setting: Setting) -> list[Row]:
+def networks(setting: Setting) -> list[Measurement]:
     """Forward pass and update, full sharing, in populations of 40 and 400."""
     return [
-        Row(
+        Measurement(
             f"plastic network in torch, {'-'.join(map(str, _SIZES))}, {population} individuals",
             "us/step/individual",
             tuple(1e6 * s / (_STEPS * population) for s in _seconds(population, setting)),

@@ -11,9 +11,9 @@ import statistics
 from functools import partial
 from itertools import pairwise
 
+from experiments.bench.measurement import Stage
 from experiments.bench.partial_step import STAGES, PartialStep
 from experiments.bench.rates import BIPED
-from experiments.bench.row import Stage
 from experiments.bench.setting import Setting
 from experiments.bench.timing import cpu_seconds
 from experiments.bench.workload import ClosedLoop, warm_up

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from experiments.bench.row import Row, Target
+from experiments.bench.measurement import Measurement, Target
 from experiments.bench.setting import Setting
 from experiments.bench.timing import cpu_seconds, cpu_seconds_each
 from experiments.bench.workload import ClosedLoop, OpenLoop, OwnModule, Workload, warm_up
@@ -30,24 +30,28 @@ _CLOSED = {
 _OWN_MODULE = Target(60.0, 80.0)
 
 
-def open_loop(setting: Setting, shape: str) -> list[Row]:
+def open_loop(setting: Setting, shape: str) -> list[Measurement]:
     """Robots under given actuations."""
     baseline, target = _OPEN[shape]
     robots = OpenLoop(shape, setting.worlds, setting.seed)
     what = f"open loop, {shape}, {setting.worlds} worlds"
-    return [Row(what, _UNIT, tuple(rates(robots, setting)), baseline=baseline, target=target)]
+    return [
+        Measurement(what, _UNIT, tuple(rates(robots, setting)), baseline=baseline, target=target)
+    ]
 
 
-def closed_loop(setting: Setting, shape: str, controller: Controller) -> list[Row]:
+def closed_loop(setting: Setting, shape: str, controller: Controller) -> list[Measurement]:
     """Robots under networks within the simulator's kernel."""
     baseline, target = _CLOSED[shape, controller]
     robots = ClosedLoop(shape, controller, setting.worlds, setting.seed)
     sizes = "-".join(map(str, robots.loop.network.sizes))
     what = f"closed loop, {shape}, high, {controller} {sizes}, {setting.worlds} worlds"
-    return [Row(what, _UNIT, tuple(rates(robots, setting)), baseline=baseline, target=target)]
+    return [
+        Measurement(what, _UNIT, tuple(rates(robots, setting)), baseline=baseline, target=target)
+    ]
 
 
-def own_module(setting: Setting) -> list[Row]:
+def own_module(setting: Setting) -> list[Measurement]:
     """A user's own PyTorch module, against the same robots in the open loop without sensors.
 
     Both are timed in turns, so that a disturbance by another job meets both.
@@ -62,8 +66,8 @@ def own_module(setting: Setting) -> list[Row]:
     robot_steps = setting.worlds * setting.steps
     what = f"own torch module through sim.step, {BIPED}, high, {setting.worlds} worlds"
     return [
-        Row(what, _UNIT, tuple(robot_steps / own for _, own in seconds)),
-        Row(
+        Measurement(what, _UNIT, tuple(robot_steps / own for _, own in seconds)),
+        Measurement(
             "the same, as a share of the open loop",
             "%",
             tuple(100 * plain / own for plain, own in seconds),

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from experiments.bench.measurement import Measurement, Target
 from experiments.bench.rates import BIPED
-from experiments.bench.row import Row, Target
 from experiments.bench.setting import Setting
 from experiments.bench.timing import cpu_seconds
 from experiments.bench.workload import GAITS, ClosedLoop, OpenLoop, warm_up
@@ -19,7 +19,7 @@ _OVER_WORLDS, _OVER_VOXELS = Target(15.0), Target(25.0)
 _MEMORY = Target(100.0, 64.0)
 
 
-def over_worlds(setting: Setting) -> list[Row]:
+def over_worlds(setting: Setting) -> list[Measurement]:
     """Cost of a robot-step in batches of 40 to 4,000 worlds, open loop."""
     sizes = [k * GAITS for k in _BATCHES if k * GAITS <= setting.most_worlds]
     batches = {
@@ -28,14 +28,16 @@ def over_worlds(setting: Setting) -> list[Row]:
     }
     costs = _costs(batches, {n: n for n in sizes}, setting)
     rows = [
-        Row(f"cost of a robot-step, {n} worlds", "us", tuple(costs[n]), more_is_better=False)
+        Measurement(
+            f"cost of a robot-step, {n} worlds", "us", tuple(costs[n]), more_is_better=False
+        )
         for n in sizes
     ]
     what = f"spread of the cost from {sizes[0]} to {sizes[-1]} worlds"
-    return [*rows, Row(what, "%", (spread(costs),), False, target=_OVER_WORLDS)]
+    return [*rows, Measurement(what, "%", (spread(costs),), False, target=_OVER_WORLDS)]
 
 
-def over_voxels(setting: Setting) -> list[Row]:
+def over_voxels(setting: Setting) -> list[Measurement]:
     """Cost of a voxel in boxes of 4 to 100, as many voxels in every batch, open loop."""
     voxels = setting.worlds * 10  # a biped has 10
     boxes = {
@@ -47,7 +49,7 @@ def over_voxels(setting: Setting) -> list[Row]:
     batches = {n: [box] for n, box in boxes.items()}
     costs = _costs(batches, {n: n * box.sim.n_worlds for n, box in boxes.items()}, setting)
     rows = [
-        Row(
+        Measurement(
             f"cost of a voxel-step, {boxes[n].sim.morphology.name}",
             "us",
             tuple(costs[n]),
@@ -56,17 +58,17 @@ def over_voxels(setting: Setting) -> list[Row]:
         for n in boxes
     ]
     what = f"spread of the cost from {min(boxes)} to {max(boxes)} voxels"
-    return [*rows, Row(what, "%", (spread(costs),), False, target=_OVER_VOXELS)]
+    return [*rows, Measurement(what, "%", (spread(costs),), False, target=_OVER_VOXELS)]
 
 
-def memory(setting: Setting) -> list[Row]:
+def memory(setting: Setting) -> list[Measurement]:
     """Bytes of all tensors that grow with the batch, over its worlds."""
     robots = ClosedLoop(BIPED, "hebbian", setting.worlds, setting.seed)
     state, lists, ground, _, _ = robots.sim.kernel_tensors(robots.sim.program)
     tensors = (state, lists, ground, robots.loop.items)
     total = sum(tensor.numel() * tensor.element_size() for tensor in tensors)
     what = f"memory of a world, {BIPED}, high, hebbian"
-    return [Row(what, "kB", (total / setting.worlds / 1e3,), False, target=_MEMORY)]
+    return [Measurement(what, "kB", (total / setting.worlds / 1e3,), False, target=_MEMORY)]
 
 
 def spread(costs: Mapping[int, list[float]]) -> float:

@@ -10,7 +10,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from experiments.bench.row import Row, Target
+from experiments.bench.measurement import Measurement, Target
 from experiments.bench.setting import Setting
 
 __all__ = ["Start", "start_process", "starts"]
@@ -50,7 +50,7 @@ class Start:
     closed: float
 
 
-def starts(setting: Setting) -> list[Row]:
+def starts(setting: Setting) -> list[Measurement]:
     """Processes that find nothing compiled yet, and processes after them that find all."""
     with tempfile.TemporaryDirectory() as folder:
         caches = [Path(folder, str(k)) for k in range(setting.cold_starts)]
@@ -71,22 +71,22 @@ def start_process(cache: Path) -> Start:
     return Start(*json.loads(done.stdout.splitlines()[-1]))
 
 
-def _rows(cache: str, starts: list[Start], target: Target) -> list[Row]:
+def _rows(cache: str, starts: list[Start], target: Target) -> list[Measurement]:
     return [
-        Row(
+        Measurement(
             f"{cache} start: first step, with imports",
             "s",
             tuple(start.stepped for start in starts),
             more_is_better=False,
             target=target,
         ),
-        Row(
+        Measurement(
             f"{cache} start: of which imports",
             "s",
             tuple(start.imported for start in starts),
             more_is_better=False,
         ),
-        Row(
+        Measurement(
             f"{cache} start: closed loop, in addition",
             "s",
             tuple(start.closed - start.stepped for start in starts),

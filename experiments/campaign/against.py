@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
-from experiments.campaign.grid import Condition as Declared
-from experiments.campaign.grid import Scale
+from experiments.campaign.grid import Condition, Scale
 from experiments.report import intervals, statistics
 from experiments.report.bundle import unpacked
-from experiments.report.conditions import Condition, find_runs, gather
+from experiments.report.finished_runs import FinishedRuns, find_runs, gather
 from experiments.report.intervals import Estimate
 from experiments.report.statistics import Comparison, Pair
 
@@ -58,7 +57,7 @@ class Difference:
         return self.comparison.verdict
 
 
-def read(root: Path, scale: Scale) -> list[Condition]:
+def read(root: Path, scale: Scale) -> list[FinishedRuns]:
     """The finished conditions of the campaign to compare with.
 
     Args:
@@ -85,7 +84,7 @@ def read(root: Path, scale: Scale) -> list[Condition]:
 
 
 def compare(
-    conditions: Sequence[Declared], folders: Mapping[str, Path], before: Sequence[Condition]
+    conditions: Sequence[Condition], folders: Mapping[str, Path], before: Sequence[FinishedRuns]
 ) -> list[Difference]:
     """Compare the champions of finished conditions with those of another campaign.
 
@@ -148,6 +147,6 @@ def _cells(difference: Difference) -> list[str]:
     ]
 
 
-def _same_runs(now: Condition, before: Condition) -> bool:
+def _same_runs(now: FinishedRuns, before: FinishedRuns) -> bool:
     seeds = [[seed for _, _, seed in each.sources] for each in (now, before)]
     return seeds[0] == seeds[1] and np.array_equal(now.fitness, before.fitness, equal_nan=True)

@@ -18,10 +18,10 @@ import ray
 from ray import tune
 from ray._private import ray_constants
 
-from experiments import terminal
 from experiments.campaign.grid import Condition
 from experiments.campaign.runner import Campaign
 from experiments.campaign.trial import ConditionTrial
+from experiments.io import terminal
 
 __all__ = ["connect", "run_on_ray"]
 

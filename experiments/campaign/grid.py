@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from experiments.config import EvolveConfig
-from experiments.options import options_of
+from experiments.config.options import options_of
 
 __all__ = [
     "MACHINE_OPTIONS",

@@ -11,7 +11,7 @@ from rich.table import Table
 
 from experiments.campaign import cost
 from experiments.campaign.grid import Condition
-from experiments.campaign.root import Standing
+from experiments.campaign.root import ConditionStatus
 from experiments.config import EvolveConfig
 
 __all__ = ["Estimate", "estimate", "show"]
@@ -26,7 +26,7 @@ class Estimate:
 
     Attributes:
         condition: with the options of the machine.
-        standing: how far it is.
+        status: how far it is.
         evaluations: episodes, all in all.
         robot_steps: control steps of all robots, all in all.
         seconds: expected wall time of what is left [s].
@@ -34,7 +34,7 @@ class Estimate:
     """
 
     condition: Condition
-    standing: Standing
+    status: ConditionStatus
     evaluations: int
     robot_steps: int
     seconds: float
@@ -43,30 +43,32 @@ class Estimate:
     @property
     def state(self) -> str:
         """In words."""
-        if self.standing.finished:
+        if self.status.finished:
             return "done"
-        if self.standing.generation:
-            return f"goes on at generation {self.standing.generation + 1}"
+        if self.status.generation:
+            return f"goes on at generation {self.status.generation + 1}"
         return "to do"
 
 
-def estimate(conditions: Sequence[Condition], standings: Mapping[str, Standing]) -> list[Estimate]:
+def estimate(
+    conditions: Sequence[Condition], statuses: Mapping[str, ConditionStatus]
+) -> list[Estimate]:
     """What conditions would take, from a short measurement for each kind of robot."""
     paces: dict[tuple[Any, ...], float] = {}
     estimates = []
     for condition in conditions:
-        config, standing = condition.config, standings[condition.name]
+        config, status = condition.config, statuses[condition.name]
         left = 0.0
-        if not standing.finished:
+        if not status.finished:
             kind = _kind(config)
             if kind not in paces:
                 paces[kind] = cost.seconds_per_robot_step(config)
-            left = 1 - standing.generation / config.generations
+            left = 1 - status.generation / config.generations
             left *= cost.robot_steps(config) * paces[kind]
         estimates.append(
             Estimate(
                 condition,
-                standing,
+                status,
                 cost.evaluations(config),
                 cost.robot_steps(config),
                 left,

@@ -20,13 +20,13 @@ from typing import IO, Any
 from experiments.campaign.grid import MACHINE_OPTIONS, Condition, Scale
 from experiments.campaign.study import Study
 from experiments.config import EvolveConfig
-from experiments.files.atomic import write_atomically
-from experiments.files.formats import require_format
-from experiments.files.locks import LOCK, lock_folder
+from experiments.io.atomic import write_atomically
+from experiments.io.formats import require_format
+from experiments.io.locks import LOCK, lock_folder
 from experiments.runs.champions import Champions
 from experiments.runs.folder import read_checkpoint, read_config
 
-__all__ = ["CampaignRoot", "Members", "Standing"]
+__all__ = ["CampaignRoot", "ConditionStatus", "Members"]
 
 Members = Mapping[Study, Sequence[Condition]]
 """Studies with their conditions."""
@@ -38,7 +38,7 @@ _OF_AN_INSTANT = {LOCK, f"{_FILE}.tmp"}  # what a kill may leave before campaign
 
 
 @dataclass(frozen=True)
-class Standing:
+class ConditionStatus:
     """How far a condition is.
 
     Attributes:
@@ -79,7 +79,7 @@ class CampaignRoot:
         """The folder of a study's figures and tables."""
         return self.path / name
 
-    def check(self, scale: Scale, studies: Members) -> dict[str, Standing]:
+    def check(self, scale: Scale, studies: Members) -> dict[str, ConditionStatus]:
         """See that a campaign can begin or go on here; nothing is written.
 
         Args:
@@ -98,9 +98,9 @@ class CampaignRoot:
         if declared:
             self._check_scale(declared["scale"], scale)
         conditions = {each.name: each for members in studies.values() for each in members}
-        return {name: self.standing(each) for name, each in conditions.items()}
+        return {name: self.status(each) for name, each in conditions.items()}
 
-    def standing(self, condition: Condition) -> Standing:
+    def status(self, condition: Condition) -> ConditionStatus:
         """How far a condition is.
 
         Raises:
@@ -108,12 +108,12 @@ class CampaignRoot:
         """
         folder = self.condition(condition.name)
         if not folder.exists():
-            return Standing()
+            return ConditionStatus()
         config = read_config(folder)
         _require_same(folder, config, condition.config)
         checkpoint = read_checkpoint(folder, config)
         finished = checkpoint.generation == config.generations and _has_champions(folder)
-        return Standing(checkpoint.generation, finished, checkpoint.history.seconds)
+        return ConditionStatus(checkpoint.generation, finished, checkpoint.history.seconds)
 
     def declare(self, scale: Scale, studies: Members) -> IO[str]:
         """Create the folder if need be, and record the studies.

@@ -10,13 +10,13 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from datetime import datetime, timedelta
 
-from experiments import terminal
 from experiments.campaign import results
 from experiments.campaign.cost import seconds_left
 from experiments.campaign.execution import run_condition
 from experiments.campaign.grid import Condition
 from experiments.campaign.root import CampaignRoot, Members
 from experiments.campaign.study import Study
+from experiments.io import terminal
 
 __all__ = ["Campaign"]
 
@@ -43,7 +43,7 @@ class Campaign:
         self._waiting = {
             study: [each.name for each in members] for study, members in studies.items()
         }
-        self._standings = {name: root.standing(each) for name, each in self.conditions.items()}
+        self._statuses = {name: root.status(each) for name, each in self.conditions.items()}
 
     @property
     def unfinished(self) -> Sequence[Condition]:
@@ -51,13 +51,13 @@ class Campaign:
         return [
             condition
             for name, condition in self.conditions.items()
-            if not self._standings[name].finished
+            if not self._statuses[name].finished
         ]
 
     @property
     def finished(self) -> Sequence[str]:
         """Names of the conditions that are finished, in order."""
-        return [name for name, standing in self._standings.items() if standing.finished]
+        return [name for name, status in self._statuses.items() if status.finished]
 
     def run_here(self) -> None:
         """Run the conditions one after another, and report on each study that is complete."""
@@ -74,12 +74,12 @@ class Campaign:
     def look_again(self, condition: Condition) -> None:
         """Take note of what became of a condition."""
         with suppress(ValueError):  # its failure is told already
-            self._standings[condition.name] = self.root.standing(condition)
+            self._statuses[condition.name] = self.root.status(condition)
 
     def report_complete(self) -> None:
         """Report on every study whose conditions are all finished, once."""
         for study, names in list(self._waiting.items()):
-            if all(self._standings[name].finished for name in names):
+            if all(self._statuses[name].finished for name in names):
                 self._report(study)
 
     def report_rest(self) -> None:
@@ -104,7 +104,7 @@ class Campaign:
 
     def _report(self, study: Study) -> None:
         names = self._waiting.pop(study)
-        finished = [name for name in names if self._standings[name].finished]
+        finished = [name for name in names if self._statuses[name].finished]
         folders = [self.root.condition(name) for name in finished]
         for name, folder in zip(finished, folders, strict=True):
             for analysis in study.analyses:
@@ -127,9 +127,9 @@ class Campaign:
             self.fail(what, (str(error) or type(error).__name__).splitlines()[0])
 
     def _expected_end(self) -> str:
-        standings = self._standings
+        statuses = self._statuses
         seconds = seconds_left(
-            (condition.config, standings[name].generation, standings[name].seconds)
+            (condition.config, statuses[name].generation, statuses[name].seconds)
             for name, condition in self.conditions.items()
         )
         if seconds is None:

@@ -15,7 +15,7 @@ from experiments.analysis.presentation import log_champion
 from experiments.campaign.execution import open_session
 from experiments.config import EvolveConfig
 from experiments.evolution.evolve import Session
-from experiments.runs.history import Row
+from experiments.runs.history import HistoryRow
 
 __all__ = ["ROOT_VARIABLE", "ConditionTrial"]
 
@@ -72,5 +72,5 @@ class ConditionTrial(tune.Trainable):
         self._session.close()
 
 
-def _best(rows: list[Row]) -> float:
+def _best(rows: list[HistoryRow]) -> float:
     return max((row.best for row in rows if not math.isnan(row.best)), default=math.nan)

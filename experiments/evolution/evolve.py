@@ -19,7 +19,7 @@ from experiments.rollout.evaluate import Evaluator
 from experiments.runs.archive import Archive
 from experiments.runs.champions import Champions
 from experiments.runs.folder import Checkpoint, RunStore
-from experiments.runs.history import Row
+from experiments.runs.history import HistoryRow
 from experiments.runs.tensorboard import Tracker
 from physics import steps_in
 
@@ -129,7 +129,7 @@ class Session:
         """Whether all generations are done."""
         return self.generation >= self.config.generations
 
-    def step(self) -> tuple[list[Row], float]:
+    def step(self) -> tuple[list[HistoryRow], float]:
         """One generation.
 
         Returns:
@@ -144,7 +144,8 @@ class Session:
         self._store.require_own()
         now = time.perf_counter()
         rows = [
-            Row.of(run, generation, fitness[run], now - self._started) for run in range(config.runs)
+            HistoryRow.of(run, generation, fitness[run], now - self._started)
+            for run in range(config.runs)
         ]
         self._log(rows, self._by_run(genomes), fitness, outcome, now - began)
         # In this order, whatever a kill leaves behind is no older than the checkpoint.
@@ -180,7 +181,12 @@ class Session:
         self.close()
 
     def _log(
-        self, rows: list[Row], genomes: Tensor, fitness: Tensor, outcome: Outcome, seconds: float
+        self,
+        rows: list[HistoryRow],
+        genomes: Tensor,
+        fitness: Tensor,
+        outcome: Outcome,
+        seconds: float,
     ) -> None:
         config, generation = self.config, rows[0].generation
         failed = self._by_run(outcome.failed).squeeze(-1)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from experiments import terminal
 from experiments.analysis.presentation import present
 from experiments.config import EvolveConfig
 from experiments.evolution.evolve import Session
 from experiments.evolution.progress import ProgressDisplay
+from experiments.io import terminal
 
 __all__ = ["evolve", "resume"]
 

@@ -12,8 +12,8 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
-from experiments import terminal
-from experiments.runs.history import Row
+from experiments.io import terminal
+from experiments.runs.history import HistoryRow
 
 __all__ = ["ProgressDisplay", "counted"]
 
@@ -74,7 +74,7 @@ class ProgressDisplay:
         elif not ProgressDisplay._compiled:
             terminal.say(f"{self._label}{_COMPILING}")
 
-    def show(self, rows: Sequence[Row], evaluations_per_second: float) -> None:
+    def show(self, rows: Sequence[HistoryRow], evaluations_per_second: float) -> None:
         """Show one generation: a row for each run."""
         ProgressDisplay._compiled = True
         generation, now = rows[0].generation, self._clock()

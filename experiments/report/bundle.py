@@ -27,12 +27,12 @@ import safetensors
 import safetensors.torch
 
 from experiments.config import EvolveConfig
-from experiments.files.atomic import write_atomically
-from experiments.files.csvfile import write_csv
-from experiments.files.formats import require_format
-from experiments.report.conditions import Condition, find_runs, gather
+from experiments.io.atomic import write_atomically
+from experiments.io.csvfile import write_csv
+from experiments.io.formats import require_format
 from experiments.report.figures.overview import takeoff_times
 from experiments.report.figures.performance import unseen_per_run
+from experiments.report.finished_runs import FinishedRuns, find_runs, gather
 from experiments.runs.champions import Champions
 
 __all__ = ["is_bundle", "pack", "unpack", "unpacked"]
@@ -198,7 +198,7 @@ def _tables(root: Path, folders: Mapping[str, Path]) -> bytes:
     return content.getvalue()
 
 
-def _run_rows(conditions: Mapping[str, Condition]) -> Iterator[tuple[Any, ...]]:
+def _run_rows(conditions: Mapping[str, FinishedRuns]) -> Iterator[tuple[Any, ...]]:
     for name, condition in conditions.items():
         unseen, takeoff = unseen_per_run(condition), takeoff_times(condition)
         for run, (_, _, seed) in enumerate(condition.sources):

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from experiments.report import claims, intervals
 from experiments.report.bundle import unpacked
-from experiments.report.conditions import find_runs, gather
 from experiments.report.figures import FIGURES
+from experiments.report.finished_runs import find_runs, gather
 
 __all__ = ["draw_all"]
 
@@ -62,7 +62,7 @@ def _draw(found: Sequence[Path], out: Path, print_quality: bool) -> list[str]:
                     path.unlink()
             if not files:
                 undrawn.append(name)
-        claims.report(found, Path(draft))
+        claims.write_summary(found, Path(draft))
         for path in sorted(Path(draft).iterdir()):
             os.replace(path, out / path.name)
             print(f"wrote {out / path.name}")

@@ -7,16 +7,16 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from experiments.files.atomic import write_atomically
-from experiments.files.csvfile import write_csv
+from experiments.io.atomic import write_atomically
+from experiments.io.csvfile import write_csv
 from experiments.report.statistics import Comparison
 
 __all__ = ["comparison_row", "markdown", "write"]
 
-Row = Mapping[str, Any]
+TableRow = Mapping[str, Any]
 
 
-def write(rows: Sequence[Row], out: Path, name: str, caption: str = "") -> list[Path]:
+def write(rows: Sequence[TableRow], out: Path, name: str, caption: str = "") -> list[Path]:
     """Write `out/name.csv` and `out/name.md`, in place of those that may be there.
 
     Args:
@@ -37,7 +37,7 @@ def write(rows: Sequence[Row], out: Path, name: str, caption: str = "") -> list[
     return [as_csv, as_markdown]
 
 
-def markdown(rows: Sequence[Row]) -> str:
+def markdown(rows: Sequence[TableRow]) -> str:
     """The rows as a Markdown table, numbers with three significant digits."""
     columns = _columns(rows)
     lines = [columns, ["---"] * len(columns)]
@@ -71,7 +71,7 @@ def comparison_row(comparison: Comparison) -> dict[str, Any]:
     }
 
 
-def _columns(rows: Sequence[Row]) -> list[str]:
+def _columns(rows: Sequence[TableRow]) -> list[str]:
     """All columns, in the order of their first appearance."""
     return list(dict.fromkeys(column for row in rows for column in row))
 

@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 from experiments.config import EvolveConfig
-from experiments.files.tensors import read_tensors, write_tensors
+from experiments.io.tensors import read_tensors, write_tensors
 from experiments.runs.names import ARCHIVE
 
 __all__ = ["ARCHIVE_INTERVAL", "Archive"]

@@ -9,7 +9,7 @@ from pathlib import Path
 from torch import Tensor
 
 from experiments.config import EvolveConfig
-from experiments.files.tensors import read_tensors, write_tensors
+from experiments.io.tensors import read_tensors, write_tensors
 from experiments.runs.names import CHAMPIONS
 
 __all__ = ["Champions"]

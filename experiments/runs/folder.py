@@ -25,9 +25,9 @@ from typing import IO, Any
 import torch
 
 from experiments.config import EvolveConfig
-from experiments.files.atomic import remove_leftovers, write_atomically
-from experiments.files.formats import require_format
-from experiments.files.locks import LOCK, lock_folder
+from experiments.io.atomic import remove_leftovers, write_atomically
+from experiments.io.formats import require_format
+from experiments.io.locks import LOCK, lock_folder
 from experiments.runs.history import History
 from experiments.runs.names import ARCHIVE, CHAMPIONS, CHECKPOINT, CONFIG, HISTORY
 

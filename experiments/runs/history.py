@@ -8,12 +8,12 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
-from experiments.files.atomic import write_atomically
+from experiments.io.atomic import write_atomically
 
-__all__ = ["History", "Row"]
+__all__ = ["History", "HistoryRow"]
 
 
-class Row(NamedTuple):
+class HistoryRow(NamedTuple):
     """Fitness within one population of one run; failed individuals (NaN) do not count."""
 
     run: int
@@ -34,7 +34,7 @@ class Row(NamedTuple):
     """Wall time of the evolution so far [s], all its runs together."""
 
     @classmethod
-    def of(cls, run: int, generation: int, fitness: Tensor, seconds: float) -> Row:
+    def of(cls, run: int, generation: int, fitness: Tensor, seconds: float) -> HistoryRow:
         """The row of one population.
 
         Args:
@@ -67,7 +67,7 @@ class History:
     generation, and written anew when an evolution is resumed.
     """
 
-    def __init__(self, rows: list[Row] | None = None) -> None:
+    def __init__(self, rows: list[HistoryRow] | None = None) -> None:
         self.rows = list(rows or [])
 
     @property
@@ -75,7 +75,7 @@ class History:
         """Wall time so far [s]."""
         return self.rows[-1].seconds if self.rows else 0.0
 
-    def append(self, rows: list[Row], path: Path) -> None:
+    def append(self, rows: list[HistoryRow], path: Path) -> None:
         """Add the rows of one generation, here and at the end of the file."""
         self.rows += rows
         with path.open("a", encoding="utf-8") as file:
@@ -83,13 +83,13 @@ class History:
 
     def write(self, path: Path) -> None:
         """Write the whole file, in place of the one that may be there."""
-        lines = [",".join(Row._fields) + "\n", *map(_line, self.rows)]
+        lines = [",".join(HistoryRow._fields) + "\n", *map(_line, self.rows)]
         write_atomically(path, "".join(lines).encode())
 
     def to_tensor(self) -> Tensor:
         """The rows as numbers, shape (rows, columns), float64."""
         table = torch.tensor(self.rows, dtype=torch.float64, device="cpu")
-        return table.reshape(-1, len(Row._fields))
+        return table.reshape(-1, len(HistoryRow._fields))
 
     @classmethod
     def from_tensor(cls, table: Tensor) -> History:
@@ -97,9 +97,9 @@ class History:
         rows = []
         for run, generation, best, median, mean, q75, evaluations, seconds in table.tolist():
             fitness = (best, median, mean, q75)
-            rows.append(Row(int(run), int(generation), *fitness, int(evaluations), seconds))
+            rows.append(HistoryRow(int(run), int(generation), *fitness, int(evaluations), seconds))
         return cls(rows)
 
 
-def _line(row: Row) -> str:
+def _line(row: HistoryRow) -> str:
     return ",".join(map(repr, row)) + "\n"  # repr of a float reads back exactly

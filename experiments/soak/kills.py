@@ -24,7 +24,7 @@ import numpy as np
 
 from experiments.campaign.execution import open_session
 from experiments.config import EvolveConfig
-from experiments.files.locks import LOCK
+from experiments.io.locks import LOCK
 from experiments.runs.names import ARCHIVE, CHAMPIONS, CONFIG, HISTORY
 
 __all__ = ["CONFIG_OF_VICTIMS", "KillCounts", "try_kills", "undisturbed"]

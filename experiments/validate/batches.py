@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 import torch
 
-from experiments.validate.case import Case, Outcome, Row, Setting, Tolerance
+from experiments.validate.case import Case, Check, Outcome, Setting, Tolerance
 from experiments.validate.motion import DTYPES
 from physics import Simulator, Terrain
 
@@ -32,7 +32,7 @@ def _replay(label: str, setting: Setting) -> Outcome:
         ours = _trajectory(label, setting, worlds, place, threads)
         measure = f"values unlike alone: {worlds} worlds, {threads} thread{'s' * (threads > 1)}"
         differing = int(np.count_nonzero(ours != alone))
-        rows.append(Row(f"batches {label}", measure, 0.0, differing, _EQUAL))
+        rows.append(Check(f"batches {label}", measure, 0.0, differing, _EQUAL))
     return Outcome(tuple(rows))
 
 

@@ -13,10 +13,10 @@ from physics import Engine
 
 __all__ = [
     "Case",
+    "Check",
     "Outcome",
     "Panel",
     "Picture",
-    "Row",
     "SelfAgreement",
     "Setting",
     "Skip",
@@ -49,7 +49,7 @@ class Tolerance:
 
 
 @dataclass(frozen=True)
-class Row:
+class Check:
     """One figure of ours beside the reference's.
 
     Attributes:
@@ -161,7 +161,7 @@ class Setting:
 class Outcome:
     """What a replay gave."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[Check, ...]
     pictures: tuple[Picture, ...] = ()
     self_agreements: tuple[SelfAgreement, ...] = ()
 

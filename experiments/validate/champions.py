@@ -11,7 +11,7 @@ from scipy.stats import spearmanr
 
 import hebbtorch
 from experiments.rollout import Episode
-from experiments.validate.case import Case, Outcome, Row, Setting, Skip, Tolerance
+from experiments.validate.case import Case, Check, Outcome, Setting, Skip, Tolerance
 from experiments.validate.recordings import Recordings
 from physics import Morphology, Simulator, Terrain
 
@@ -103,7 +103,7 @@ def _replay(champions: _Champions, setting: Setting) -> Outcome:
     difference = float(np.abs(other - plain).mean())
     return Outcome(
         (
-            Row(
+            Check(
                 champions.name,
                 "Spearman of the champions' medians",
                 1.0,
@@ -111,7 +111,7 @@ def _replay(champions: _Champions, setting: Setting) -> Outcome:
                 _ALIKE,
                 float(spearmanr(medians[2], medians[1]).statistic),
             ),
-            Row(
+            Check(
                 champions.name,
                 "median speed [m/s]",
                 float(np.median(plain)),
@@ -119,7 +119,7 @@ def _replay(champions: _Champions, setting: Setting) -> Outcome:
                 _MEDIAN,
                 float(np.median(other)),
             ),
-            Row(
+            Check(
                 champions.name,
                 "mean absolute difference [m/s]",
                 0.0,

@@ -10,7 +10,16 @@ from functools import partial
 
 import numpy as np
 
-from experiments.validate.case import Case, Outcome, Panel, Picture, Row, Setting, Tolerance, worst
+from experiments.validate.case import (
+    Case,
+    Check,
+    Outcome,
+    Panel,
+    Picture,
+    Setting,
+    Tolerance,
+    worst,
+)
 from experiments.validate.motion import DTYPES, follow
 from experiments.validate.recordings import Recordings, Table
 from physics import Morphology, Simulator, Terrain
@@ -66,7 +75,7 @@ def _replay(
     areas: np.ndarray,
     setting: Setting,
 ) -> Outcome:
-    rows: list[Row] = []
+    rows: list[Check] = []
     panels = []
     for label, dtype in DTYPES.items():
         sim = Simulator(morphology, terrain, dtype=dtype, engine=setting.engine)
@@ -84,7 +93,7 @@ def _replay(
         ):
             text = f"greatest error of {measure}"
             rows.append(
-                Row(f"{name} {label}", text, 0.0, worst(error), Tolerance("at most", limit))
+                Check(f"{name} {label}", text, 0.0, worst(error), Tolerance("at most", limit))
             )
         panels.append(
             Panel(
@@ -111,7 +120,7 @@ def _rest_depth(setting: Setting) -> Outcome:
         depth = float(np.mean(flat.height(lower[:, 0]) - bottoms))
         tolerance = Tolerance("within", _DEPTH_TOLERANCE)
         rows.append(
-            Row(
+            Check(
                 f"rest {label}",
                 "depth of a square in flat ground [mm]",
                 _DEPTH,

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 import torch
 
-from experiments.validate.case import Case, Outcome, Row, Setting, Tolerance, worst
+from experiments.validate.case import Case, Check, Outcome, Setting, Tolerance, worst
 from experiments.validate.recordings import Recordings
 from physics import Morphology, Simulator
 from physics.scene import clock, material
@@ -61,7 +61,7 @@ def _spin(
         ours = max(ours, abs(_momenta_of(sim)[2]))
     return Outcome(
         (
-            Row(
+            Check(
                 f"{name} f64",
                 "greatest angular momentum from rest [kg m2/s]",
                 recorded,
@@ -93,7 +93,7 @@ def _replay(shape: str, keeps_spin: bool, setting: Setting) -> Outcome:
     measures = {"linear": drift[:, :2]} | ({"angular": drift[:, 2:]} if keeps_spin else {})
     return Outcome(
         tuple(
-            Row(
+            Check(
                 f"free flight {shape} f64",
                 f"relative drift of {kind} momentum",
                 0.0,

@@ -14,10 +14,10 @@ from scipy.stats import spearmanr
 
 from experiments.validate.case import (
     Case,
+    Check,
     Outcome,
     Panel,
     Picture,
-    Row,
     SelfAgreement,
     Setting,
     Skip,
@@ -244,7 +244,7 @@ def _pair(
     return own[: rule.starts].mean(axis=0), np.mean([modes[mode] for mode in rule.modes], axis=0)
 
 
-def _rows(case: str, rule: _Rule, own: np.ndarray, modes: Mapping[str, np.ndarray]) -> list[Row]:
+def _rows(case: str, rule: _Rule, own: np.ndarray, modes: Mapping[str, np.ndarray]) -> list[Check]:
     ours, recorded = _pair(rule, own, modes)
     correlation, difference, _ = agreement(ours, recorded)
     figures = (
@@ -257,7 +257,7 @@ def _rows(case: str, rule: _Rule, own: np.ndarray, modes: Mapping[str, np.ndarra
         correlation, difference, _ = agreement(modes["veto_dx"], modes["veto"])
         itself = correlation, difference, float(modes["veto_dx"].mean())
     return [
-        Row(case, f"{rule.measured}: {measure}", *figure, tolerance, own_figure)
+        Check(case, f"{rule.measured}: {measure}", *figure, tolerance, own_figure)
         for measure, figure, tolerance, own_figure in zip(
             _MEASURES, figures, rule.tolerances, itself, strict=True
         )

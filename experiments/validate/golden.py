@@ -15,10 +15,10 @@ from torch import Tensor
 from experiments.validate import networks
 from experiments.validate.case import (
     Case,
+    Check,
     Outcome,
     Panel,
     Picture,
-    Row,
     Setting,
     Skip,
     Tolerance,
@@ -121,7 +121,7 @@ def _replay_golden(name: str, sharing: str, golden: _Golden, setting: Setting) -
     errors = [flat[after - 1] - weights for after, weights in golden.weights.items()]
     return Outcome(
         tuple(
-            Row(name, f"greatest error of {what}", 0.0, worst(error), _ERROR)
+            Check(name, f"greatest error of {what}", 0.0, worst(error), _ERROR)
             for what, error in (
                 ("an output", outputs - golden.outputs),
                 ("a weight", np.concatenate([np.zeros(1), *errors])),
@@ -164,7 +164,7 @@ def _replay_closed_loop(
 ) -> Outcome:
     network = networks.build(kind, torch.from_numpy(genomes), sizes)
     outputs, _ = _run(network, torch.from_numpy(inputs))
-    row = Row(name, "greatest error of an output", 0.0, worst(outputs - recorded), _ERROR)
+    row = Check(name, "greatest error of an output", 0.0, worst(outputs - recorded), _ERROR)
     panel = Panel(
         "controller on recorded inputs",
         "time [s]",

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from experiments.plotting import style
+from experiments.io import style
 from experiments.validate.case import Panel, Picture
 
 __all__ = ["draw"]

@@ -16,7 +16,7 @@ from scipy.stats import ks_2samp
 
 from experiments.rollout.episode import Episode
 from experiments.validate import networks
-from experiments.validate.case import Case, Outcome, Panel, Picture, Row, Setting, Skip, Tolerance
+from experiments.validate.case import Case, Check, Outcome, Panel, Picture, Setting, Skip, Tolerance
 from experiments.validate.recordings import Recordings
 from experiments.validate.sensors import RECORDED_RAYS
 from physics import Apparatus, Morphology, Simulator, Terrain
@@ -97,8 +97,8 @@ def _replay(generation: _Generation, setting: Setting) -> Outcome:
     likeness = float(ks_2samp(ours.ravel(), recorded).pvalue)
     means = float(recorded.mean()), float(ours.mean())
     rows = (
-        Row(case, f"{_STARTS} starts: Kolmogorov-Smirnov p of the speeds", 1.0, likeness, _KS),
-        Row(case, f"mean of {_STARTS} starts: mean speed [m/s]", *means, _MEAN),
+        Check(case, f"{_STARTS} starts: Kolmogorov-Smirnov p of the speeds", 1.0, likeness, _KS),
+        Check(case, f"mean of {_STARTS} starts: mean speed [m/s]", *means, _MEAN),
     )
     scatter = Panel(
         f"mean of {_STARTS} starts",

@@ -9,10 +9,10 @@ import torch
 
 from experiments.validate.case import (
     Case,
+    Check,
     Outcome,
     Panel,
     Picture,
-    Row,
     Setting,
     Skip,
     Tolerance,
@@ -94,14 +94,14 @@ def _replay(
     ours = sensed[:, 0, [names.index(column) for column in common]].numpy()
     theirs = recorded[:, [columns.index(column) for column in common]]
     rows = (
-        Row(
+        Check(
             name,
             "readings of the same name and place",
             len(columns),
             in_place,
             Tolerance("within", 0),
         ),
-        Row(name, "greatest error of a reading", 0.0, worst(ours - theirs), _ERROR),
+        Check(name, "greatest error of a reading", 0.0, worst(ours - theirs), _ERROR),
     )
     return Outcome(rows, (Picture(name, _panels(common, theirs, ours)),))
 

@@ -11,7 +11,7 @@ import numpy as np
 import torch
 from scipy.stats import spearmanr
 
-from experiments.validate.case import Case, Outcome, Row, Setting, Skip, Tolerance
+from experiments.validate.case import Case, Check, Outcome, Setting, Skip, Tolerance
 from experiments.validate.motion import speeds
 from experiments.validate.recordings import Recordings, Table
 from physics import Morphology, Simulator, Terrain
@@ -149,7 +149,7 @@ def _replay(gaits: _Gaits, setting: Setting) -> Outcome:
     difference = float(np.abs(ours - plain).mean())
     return Outcome(
         (
-            Row(
+            Check(
                 gaits.name,
                 "mean absolute difference [m/s]",
                 0.0,
@@ -157,7 +157,7 @@ def _replay(gaits: _Gaits, setting: Setting) -> Outcome:
                 Tolerance("at most", _LIMIT * floor),
                 floor,
             ),
-            Row(
+            Check(
                 gaits.name,
                 "Spearman",
                 1.0,
@@ -187,14 +187,14 @@ def _passive(recordings: Recordings, setting: Setting) -> Outcome:
     case = "passive robots on steps"
     return Outcome(
         (
-            Row(
+            Check(
                 case,
                 "greatest rise of a centre [m]",
                 recorded[0],
                 greatest[0],
                 Tolerance("at most", _RISE),
             ),
-            Row(
+            Check(
                 case,
                 "greatest gain of kinetic and potential energy [J]",
                 recorded[1],

@@ -6,7 +6,16 @@ from functools import partial
 
 import numpy as np
 
-from experiments.validate.case import Case, Outcome, Panel, Picture, Row, Setting, Tolerance, worst
+from experiments.validate.case import (
+    Case,
+    Check,
+    Outcome,
+    Panel,
+    Picture,
+    Setting,
+    Tolerance,
+    worst,
+)
 from experiments.validate.motion import DTYPES, Track, follow
 from experiments.validate.recordings import Recordings, Table
 from physics import Morphology, Simulator
@@ -48,7 +57,7 @@ def _replay(
         )
         for (measure, error), limit in zip(measures, at_most, strict=True):
             rows.append(
-                Row(f"{name} {label}", measure, 0.0, worst(error), Tolerance("at most", limit))
+                Check(f"{name} {label}", measure, 0.0, worst(error), Tolerance("at most", limit))
             )
         panels.append(
             Panel(

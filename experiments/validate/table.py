@@ -12,21 +12,21 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from experiments.validate.case import Row, SelfAgreement, Skip
+from experiments.validate.case import Check, SelfAgreement, Skip
 
 __all__ = ["show_rows", "show_self_agreements", "verdict", "write_json"]
 
 _COLOURS = {"pass": "green", "FAIL": "bold red", "skipped": "yellow"}
 
 
-def verdict(row: Row | Skip) -> str:
+def verdict(row: Check | Skip) -> str:
     """One word: pass, FAIL or skipped."""
     if isinstance(row, Skip):
         return "skipped"
     return "pass" if row.passes else "FAIL"
 
 
-def show_rows(console: Console, rows: Sequence[Row | Skip]) -> None:
+def show_rows(console: Console, rows: Sequence[Check | Skip]) -> None:
     """Prints the table of all figures."""
     table = Table(title="Recorded runs and ours", title_justify="left")
     table.add_column("case", overflow="fold")
@@ -78,7 +78,7 @@ def write_json(
     path: Path,
     folder: Path,
     seed: int,
-    rows: Sequence[Row | Skip],
+    rows: Sequence[Check | Skip],
     self_agreements: Sequence[SelfAgreement],
 ) -> None:
     """Writes everything for a machine to read. What is not a finite number becomes null."""
@@ -106,7 +106,7 @@ def write_json(
     path.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
-def _entry(row: Row | Skip) -> dict[str, Any]:
+def _entry(row: Check | Skip) -> dict[str, Any]:
     if isinstance(row, Skip):
         return {"case": row.case, "measure": row.why, "verdict": verdict(row)}
     return {

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from experiments.validate.case import Case, Outcome, Row, Setting, Skip, Tolerance, worst
+from experiments.validate.case import Case, Check, Outcome, Setting, Skip, Tolerance, worst
 from experiments.validate.recordings import Recordings
 from physics import Terrain
 
@@ -36,8 +36,8 @@ def _compare(pairs: list[tuple[Terrain, Terrain]], setting: Setting) -> Outcome:
             errors.append(worst(np.stack([recorded.xs - ours.xs, recorded.ys - ours.ys])))
             continue
         points = float(len(recorded.xs)), float(len(ours.xs))
-        rows.append(Row(recorded.name, "no such profile: points", *points, _AS_MANY))
+        rows.append(Check(recorded.name, "no such profile: points", *points, _AS_MANY))
     if errors:
         case = f"{len(errors)} terrains"
-        rows.append(Row(case, "greatest error of a point [m]", 0.0, max(errors), _ERROR))
+        rows.append(Check(case, "greatest error of a point [m]", 0.0, max(errors), _ERROR))
     return Outcome(tuple(rows))

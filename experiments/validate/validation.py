@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from experiments.files.outputs import make_room
+from experiments.io.outputs import make_room
 from experiments.validate import (
     batches,
     champions,

@@ -14,12 +14,13 @@ from gymnasium.vector.utils import batch_space
 from torch import Tensor
 
 from physics import checks
-from physics.envs.grounds import Terrains
 from physics.envs.pictures import picture
 from physics.envs.tasks import Ground, Task, finite_reward, task_of
+from physics.envs.terrains import Terrains
 from physics.scene.material import DT
 from physics.scene.terrain import Terrain
 from physics.simulator import Simulator
+from physics.worlds.selection import chosen_worlds
 
 __all__ = ["VoxelVectorEnv"]
 
@@ -131,9 +132,7 @@ class VoxelVectorEnv(VectorEnv):
         Raises:
             ValueError: the mask or the seeds are for other worlds.
         """
-        chosen = checks.chosen_worlds(
-            "reset_mask", (options or {}).get("reset_mask"), self.num_envs
-        )
+        chosen = chosen_worlds("reset_mask", (options or {}).get("reset_mask"), self.num_envs)
         seeded = self._take_seeds(seed, chosen)
         return self._given(self._begin(chosen, seeded)), self._infos()
 

@@ -12,7 +12,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from tests.gpu import lives
+from tests.gpu import episodes
 from tests.gpu.pretend import Pretend
 
 pytestmark = pytest.mark.skipif(
@@ -27,11 +27,11 @@ def both(precision: str, folder: Path) -> _Results:
     file = folder / f"{precision}.pt"
     paths = [str(folder), os.environ.get("LD_LIBRARY_PATH", "")]
     with subprocess.Popen(
-        [sys.executable, "-m", "tests.gpu.lives", precision, str(folder), str(file)],
+        [sys.executable, "-m", "tests.gpu.episodes", precision, str(folder), str(file)],
         env={**os.environ, "LD_LIBRARY_PATH": os.pathsep.join(filter(None, paths))},
         cwd=Path(__file__).parents[2],
     ) as process:
-        on_cpu = getattr(lives, precision)("cpu")
+        on_cpu = getattr(episodes, precision)("cpu")
     assert process.returncode == 0
     return torch.load(file, weights_only=True), on_cpu
 
@@ -76,9 +76,11 @@ def test_the_closed_loop(single: _Results) -> None:
 
 def test_every_one_of_very_many_worlds_makes_its_step(single: _Results) -> None:
     steps, squares = (single[0][name] for name in ("steps", "squares"))
-    assert steps.shape == (lives.MANY,)
+    assert steps.shape == (episodes.MANY,)
     assert (steps == 1).all()
-    assert (squares[1:] != squares[:-1]).flatten(1).any(1).sum() > 0.9 * lives.MANY  # each its own
+    assert (squares[1:] != squares[:-1]).flatten(1).any(
+        1
+    ).sum() > 0.9 * episodes.MANY  # each its own
     assert apart(single, "squares") < 1e-5
 
 

@@ -4,6 +4,6 @@ finding -> verdicts (rules) -> measures (numbers of runs) -> judges -> paper (th
 """
 
 from experiments.report.claims.paper import CLAIMS, Claim
-from experiments.report.claims.report import judge, report
+from experiments.report.claims.summary import judge, write_summary
 
-__all__ = ["CLAIMS", "Claim", "judge", "report"]
+__all__ = ["CLAIMS", "Claim", "judge", "write_summary"]

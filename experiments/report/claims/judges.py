@@ -15,7 +15,7 @@ from experiments.report.claims import measures, verdicts
 from experiments.report.claims.finding import Finding, number
 from experiments.report.claims.measures import Measure, Results
 from experiments.report.claims.verdicts import MARGIN
-from experiments.report.conditions import Condition
+from experiments.report.finished_runs import FinishedRuns
 
 __all__ = [
     "BIPED",
@@ -186,14 +186,14 @@ def _with_mlp(
 
 
 def _pair(
-    first: Condition | None, second: Condition | None, measure: Measure
+    first: FinishedRuns | None, second: FinishedRuns | None, measure: Measure
 ) -> tuple[Values, Values] | None:
     if first is None or second is None:
         return None
     return measure(first), measure(second)
 
 
-def _relative(part: Condition | None, whole: Condition | None) -> Values:
+def _relative(part: FinishedRuns | None, whole: FinishedRuns | None) -> Values:
     """Speeds of one as shares of the other's median, NaN if that is not positive."""
     assert part is not None
     assert whole is not None

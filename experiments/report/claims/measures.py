@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from experiments.analysis.generalization import TRAINING, UNSEEN
 from experiments.report import intervals
 from experiments.report.claims.verdicts import MARGIN
-from experiments.report.conditions import Condition, per_run
-from experiments.report.figures import inner_life
+from experiments.report.figures import recordings
 from experiments.report.figures.freezing import Frozen, frozen_speeds
 from experiments.report.figures.performance import unseen_per_run
+from experiments.report.finished_runs import FinishedRuns, per_run
 from experiments.runs.names import GENERALIZATION, PAIRED
 
 __all__ = [
@@ -35,7 +35,7 @@ __all__ = [
 ]
 
 Values = NDArray[np.float64]
-Measure = Callable[[Condition], Values]
+Measure = Callable[[FinishedRuns], Values]
 """One number per run; empty if the condition lacks the analysis."""
 
 SETTLED = 20.0
@@ -47,7 +47,7 @@ _CONVERGED = 0.9  # of the final speed
 class Results:
     """Finished runs, by what was evolved."""
 
-    def __init__(self, conditions: Sequence[Condition]) -> None:
+    def __init__(self, conditions: Sequence[FinishedRuns]) -> None:
         self.conditions = conditions
 
     def find(
@@ -56,7 +56,7 @@ class Results:
         controller: str = "hebbian",
         damage: str = "none",
         variant: Mapping[str, Any] | None = None,
-    ) -> Condition | None:
+    ) -> FinishedRuns | None:
         """The condition of a body (shape, apparatus), or None if it has no finished run."""
         wanted = (body, controller, damage, dict(variant or {}))
         for each in self.conditions:
@@ -67,17 +67,17 @@ class Results:
         return None
 
 
-def fitness(condition: Condition) -> Values:
+def fitness(condition: FinishedRuns) -> Values:
     """Speed of the best individual at the end of evolution [m/s]."""
     return condition.fitness
 
 
-def speed_on_unseen(condition: Condition) -> Values:
+def speed_on_unseen(condition: FinishedRuns) -> Values:
     """Median speed on unseen terrains [m/s]."""
     return unseen_per_run(condition)
 
 
-def kept_on_unseen(condition: Condition) -> Values:
+def kept_on_unseen(condition: FinishedRuns) -> Values:
     """Median speed on unseen terrains as a share of that on terrains of the evolution.
 
     Both are re-assessments: the fitness in evolution is the best of a population, which a
@@ -93,7 +93,7 @@ def kept_on_unseen(condition: Condition) -> Values:
     return _share(unseen, familiar)
 
 
-def generations_to_converge(condition: Condition) -> Values:
+def generations_to_converge(condition: FinishedRuns) -> Values:
     """First generation whose best reaches 90 % of the mean best of the run's last tenth."""
     best = np.nan_to_num(condition.curves(), nan=-np.inf)
     if not best.size:
@@ -102,7 +102,7 @@ def generations_to_converge(condition: Condition) -> Values:
     return (best >= _CONVERGED * final).argmax(axis=1) + 1.0
 
 
-def kept_frozen(condition: Condition) -> Values:
+def kept_frozen(condition: FinishedRuns) -> Values:
     """Median speed with weights frozen at 20 s, as a share of that of the same champions, still
     plastic, on the same terrains."""
     table = condition.table(PAIRED)
@@ -116,7 +116,7 @@ def kept_frozen(condition: Condition) -> Values:
     return _share(frozen, plastic) if len(frozen) else np.empty(0)
 
 
-def second_settled(condition: Condition) -> Values:
+def second_settled(condition: FinishedRuns) -> Values:
     """First second [s] whose frozen weights reach the later speed but for the margin."""
     frozen = _settling(condition)
     if frozen is None:
@@ -127,7 +127,7 @@ def second_settled(condition: Condition) -> Values:
     return np.where(plateau > 0, first, np.nan)  # what does not walk has not settled
 
 
-def weight_growth(condition: Condition, *, random: bool = False) -> Values:
+def weight_growth(condition: FinishedRuns, *, random: bool = False) -> Values:
     """Largest |w| at the end of an episode over that at a quarter of it.
 
     Args:
@@ -141,12 +141,12 @@ def weight_growth(condition: Condition, *, random: bool = False) -> Values:
     )
 
 
-def kurtosis(condition: Condition, *, random: bool = False) -> Values:
+def kurtosis(condition: FinishedRuns, *, random: bool = False) -> Values:
     """Excess kurtosis of the weights at the end of an episode."""
     return _of_lives(condition, lambda life: _number(life["weights"][-1]["kurtosis"]), random)
 
 
-def bimodality(condition: Condition, *, random: bool = False) -> Values:
+def bimodality(condition: FinishedRuns, *, random: bool = False) -> Values:
     """Twice the smaller of the shares of activations below -0.9 and above 0.9: 1 if all activations
     are saturated, evenly on both sides; mean of the hidden and the output layer."""
     return _of_lives(
@@ -158,12 +158,12 @@ def bimodality(condition: Condition, *, random: bool = False) -> Values:
     )
 
 
-def gait_period(condition: Condition) -> Values:
+def gait_period(condition: FinishedRuns) -> Values:
     """Period of the body's gait [s], NaN where it has none."""
     return _of_lives(condition, lambda life: _number(life["gait_period"]))
 
 
-def cycle_over_gait(condition: Condition) -> Values:
+def cycle_over_gait(condition: FinishedRuns) -> Values:
     """Period of the output neurons over that of the gait, NaN where either has none."""
     return _of_lives(
         condition,
@@ -171,7 +171,7 @@ def cycle_over_gait(condition: Condition) -> Values:
     )
 
 
-def _settling(condition: Condition) -> Frozen | None:
+def _settling(condition: FinishedRuns) -> Frozen | None:
     """Frozen speeds, if they were measured for long enough to settle."""
     frozen = frozen_speeds(condition)
     return frozen if frozen is not None and (frozen.seconds >= SETTLED).any() else None
@@ -184,9 +184,9 @@ def _plateau(frozen: Frozen) -> Values:
 
 
 def _of_lives(
-    condition: Condition, measure: Callable[[dict[str, Any]], float], random: bool = False
+    condition: FinishedRuns, measure: Callable[[dict[str, Any]], float], random: bool = False
 ) -> Values:
-    observed = inner_life.random_measures if random else inner_life.measures
+    observed = recordings.random_measures if random else recordings.measures
     return np.array([measure(life) for life in observed(condition)])
 
 

@@ -17,7 +17,6 @@ from experiments.report.figures.controls import (
     neuron_rules,
 )
 from experiments.report.figures.freezing import normalized_freezing, true_learning
-from experiments.report.figures.inner_life import activations, weight_distributions
 from experiments.report.figures.overview import profiles, takeoff
 from experiments.report.figures.performance import (
     damage,
@@ -26,6 +25,7 @@ from experiments.report.figures.performance import (
     evolution,
     generalization,
 )
+from experiments.report.figures.recordings import activations, weight_distributions
 from experiments.report.figures.variants import (
     initialization,
     learning_rate,

@@ -9,11 +9,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from experiments.plotting import style
+from experiments.io import style
 from experiments.report import intervals, tables
-from experiments.report.conditions import Table, gather, per_run
 from experiments.report.figures import curves
 from experiments.report.figures.curves import Curve
+from experiments.report.finished_runs import Table, gather, per_run
 from experiments.runs.names import MATRIX, PRUNING
 
 __all__ = ["pruning", "validation_matrix"]

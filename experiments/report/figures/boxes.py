@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from experiments.plotting import style
+from experiments.io import style
 from experiments.report import intervals, statistics, tables
 from experiments.report.statistics import Comparison, Pair
 

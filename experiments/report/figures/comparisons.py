@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from experiments.report import intervals
-from experiments.report.conditions import Condition, Table, gather, runs_in
 from experiments.report.figures import boxes, curves
 from experiments.report.figures.boxes import Box
 from experiments.report.figures.curves import Curve
 from experiments.report.figures.performance import main_models
+from experiments.report.finished_runs import FinishedRuns, Table, gather, runs_in
 from experiments.runs.names import GENERALIZATION, PAIRED
 
 __all__ = ["innateness", "settings"]
@@ -56,7 +56,7 @@ def innateness(run_folders: Sequence[Path], out: Path) -> list[Path]:
     return curves.draw(drawn, out, "innateness", axis, caption, points=21)
 
 
-def _course(condition: Condition, table: Table) -> list[Curve]:
+def _course(condition: FinishedRuns, table: Table) -> list[Curve]:
     generations = np.unique(table["generation"])
     found = []
     for label, frozen_at in _MODES.items():

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from experiments.report.conditions import Condition, gather
 from experiments.report.figures import boxes
 from experiments.report.figures.performance import box
 from experiments.report.figures.variants import FULL
+from experiments.report.finished_runs import FinishedRuns, gather
 
 __all__ = ["attractors", "control_interval", "controls", "neuron_rules"]
 
@@ -62,7 +62,7 @@ def attractors(run_folders: Sequence[Path], out: Path) -> list[Path]:
     return _figure(found, out, "attractors")
 
 
-def _plastic(run_folders: Sequence[Path]) -> list[Condition]:
+def _plastic(run_folders: Sequence[Path]) -> list[FinishedRuns]:
     """Plastic networks that evolved without damage."""
     return [
         each
@@ -71,14 +71,14 @@ def _plastic(run_folders: Sequence[Path]) -> list[Condition]:
     ]
 
 
-def _figure(found: Sequence[Condition], out: Path, name: str) -> list[Path]:
+def _figure(found: Sequence[FinishedRuns], out: Path, name: str) -> list[Path]:
     if not any(each.variant or each.config.controller == "rnn" for each in found):
         return []  # nothing but what other figures show
     ordered = sorted(found, key=_place)
     return boxes.draw([box(each, each.fitness) for each in ordered], out, name, FULL, _CAPTION)
 
 
-def _place(condition: Condition) -> tuple[Any, ...]:
+def _place(condition: FinishedRuns) -> tuple[Any, ...]:
     """The paper's model first, then by control interval, kind, gain, biases, and steps of rules."""
     config = condition.config
     return (

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from experiments.plotting import style
+from experiments.io import style
 from experiments.report import intervals, tables
 
 __all__ = ["Curve", "draw"]

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.report import intervals
-from experiments.report.conditions import Condition, gather, runs_in
 from experiments.report.figures import curves
 from experiments.report.figures.curves import Curve
+from experiments.report.finished_runs import FinishedRuns, gather, runs_in
 from experiments.runs.names import FREEZING
 
 __all__ = ["Frozen", "frozen_speeds", "normalized_freezing", "true_learning"]
@@ -46,7 +46,7 @@ def normalized_freezing(run_folders: Sequence[Path], out: Path) -> list[Path]:
     return by_norm + _figure(run_folders, out, "minmax_freezing", {"normalize": "minmax"})
 
 
-def frozen_speeds(condition: Condition) -> Frozen | None:
+def frozen_speeds(condition: FinishedRuns) -> Frozen | None:
     """What became of frozen weights; None if the condition was not analysed."""
     table = condition.table(FREEZING)
     if table is None:

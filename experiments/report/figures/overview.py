@@ -12,9 +12,9 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from experiments.plotting import style
+from experiments.io import style
 from experiments.report import aggregates, intervals, statistics, survival, tables
-from experiments.report.conditions import Condition, gather
+from experiments.report.finished_runs import FinishedRuns, gather
 from experiments.report.survival import Times
 
 __all__ = ["profiles", "takeoff", "takeoff_times"]
@@ -64,7 +64,7 @@ def takeoff(run_folders: Sequence[Path], out: Path) -> list[Path]:
     return [*sheet.files, *tables.write(_takeoff_rows(found, of_runs), out, "takeoff", caption)]
 
 
-def takeoff_times(condition: Condition) -> Times:
+def takeoff_times(condition: FinishedRuns) -> Times:
     """Generations in which the runs of a condition found a gait."""
     curves = condition.curves()
     if not curves.size:
@@ -74,7 +74,7 @@ def takeoff_times(condition: Condition) -> Times:
 
 def profiles(run_folders: Sequence[Path], out: Path) -> list[Path]:
     """Share of runs faster than a speed, over all apparatuses of a shape, and the aggregates."""
-    by_shape: dict[str, dict[str, list[Condition]]] = {}
+    by_shape: dict[str, dict[str, list[FinishedRuns]]] = {}
     for each in _undamaged(run_folders):
         by_shape.setdefault(each.config.shape, {}).setdefault(each.label, []).append(each)
     if not by_shape:
@@ -100,7 +100,7 @@ def profiles(run_folders: Sequence[Path], out: Path) -> list[Path]:
     return [*sheet.files, *tables.write(_aggregate_rows(by_shape), out, "profiles", caption)]
 
 
-def _undamaged(run_folders: Sequence[Path]) -> list[Condition]:
+def _undamaged(run_folders: Sequence[Path]) -> list[FinishedRuns]:
     return [each for each in gather(run_folders) if each.config.damage == "none"]
 
 
@@ -118,7 +118,7 @@ def _handles(looks: dict[str, style.Look]) -> list[Line2D]:
     ]
 
 
-def _takeoff_rows(found: Sequence[Condition], of_runs: Sequence[Times]) -> list[dict[str, Any]]:
+def _takeoff_rows(found: Sequence[FinishedRuns], of_runs: Sequence[Times]) -> list[dict[str, Any]]:
     baselines = {
         each.where: times for each, times in zip(found, of_runs, strict=True) if each.label == "MLP"
     }
@@ -143,7 +143,7 @@ def _takeoff_rows(found: Sequence[Condition], of_runs: Sequence[Times]) -> list[
     ]
 
 
-def _aggregate_rows(by_shape: dict[str, dict[str, list[Condition]]]) -> list[dict[str, Any]]:
+def _aggregate_rows(by_shape: dict[str, dict[str, list[FinishedRuns]]]) -> list[dict[str, Any]]:
     rows = []
     for shape, by_label in by_shape.items():
         baselines = {each.where: each.fitness for each in by_label.get("MLP", [])}

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from experiments.report.conditions import Condition, Table, gather, per_run
 from experiments.report.figures import boxes, curves
 from experiments.report.figures.boxes import Box
 from experiments.report.figures.curves import Curve
+from experiments.report.finished_runs import FinishedRuns, Table, gather, per_run
 from experiments.runs.names import evaluation_file
 
 __all__ = [
@@ -72,18 +72,18 @@ def damage_evolution(run_folders: Sequence[Path], out: Path) -> list[Path]:
     return _course(run_folders, out, "damage_evolution", "half")
 
 
-def main_models(conditions: Sequence[Condition], damage: str) -> list[Condition]:
+def main_models(conditions: Sequence[FinishedRuns], damage: str) -> list[FinishedRuns]:
     """The paper's main Hebbian model and the baseline, evolved with a kind of damage."""
     chosen = [each for each in conditions if not each.variant and each.config.damage == damage]
     return sorted(chosen, key=lambda each: each.config.controller == "mlp")  # Hebbian first
 
 
-def unseen(condition: Condition) -> Table | None:
+def unseen(condition: FinishedRuns) -> Table | None:
     """Re-assessment on unseen terrains of the kind, and with the damage, of the evolution."""
     return condition.table(evaluation_file(condition.config))
 
 
-def unseen_per_run(condition: Condition) -> Values:
+def unseen_per_run(condition: FinishedRuns) -> Values:
     """Median speed on unseen terrains [m/s], shape (runs,); empty if there was none."""
     table = unseen(condition)
     return np.empty(0) if table is None else per_run(table)
@@ -113,7 +113,7 @@ def _course(run_folders: Sequence[Path], out: Path, name: str, damage: str) -> l
     return curves.draw(drawn, out, name, ("generation", "generation"), caption, points=11)
 
 
-def box(condition: Condition, values: Values, pooled: Values | None = None) -> Box:
+def box(condition: FinishedRuns, values: Values, pooled: Values | None = None) -> Box:
     """The box of a condition: `values` per run [m/s], `pooled` what is drawn if that is more."""
     config = condition.config
     return Box(config.shape, config.sensors, condition.label, values, pooled)

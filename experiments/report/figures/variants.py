@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from experiments.report.conditions import Condition, gather
 from experiments.report.figures import boxes
 from experiments.report.figures.performance import box
+from experiments.report.finished_runs import FinishedRuns, gather
 
 __all__ = [
     "FULL",
@@ -54,7 +54,7 @@ def rule_terms(run_folders: Sequence[Path], out: Path) -> list[Path]:
     return _figure(run_folders, out, "rule_terms", "terms")
 
 
-def variants_of(conditions: Sequence[Condition], option: str) -> list[Condition]:
+def variants_of(conditions: Sequence[FinishedRuns], option: str) -> list[FinishedRuns]:
     """The conditions in which one option alone differs from the main model, without damage."""
     return [
         each
@@ -73,12 +73,12 @@ def _figure(run_folders: Sequence[Path], out: Path, name: str, option: str) -> l
     return boxes.draw(drawn, out, name, FULL, _CAPTION)
 
 
-def _is_full(condition: Condition) -> bool:
+def _is_full(condition: FinishedRuns) -> bool:
     config = condition.config
     return config.controller == "hebbian" and not condition.variant and config.damage == "none"
 
 
-def _place(condition: Condition) -> tuple[int, str]:
+def _place(condition: FinishedRuns) -> tuple[int, str]:
     """Sorts the models of Sec. IV-D as they are there, and all else by name."""
     sharing = condition.config.sharing
     return (_ORDER.index(sharing) if sharing in _ORDER else len(_ORDER), condition.label)

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from experiments.report.claims.report import judge
-from experiments.report.conditions import Condition, find_runs, gather
+from experiments.report.claims.summary import judge
 from experiments.report.figures.performance import unseen_per_run
+from experiments.report.finished_runs import FinishedRuns, find_runs, gather
 from experiments.report.page import charts
 from experiments.report.page.html import page, picture, section, table
 
@@ -52,7 +52,7 @@ def campaign_page(root: Path) -> str:
     return page(f"{root.name}: {len(conditions)} conditions", sections, data)
 
 
-def _row(condition: Condition) -> tuple[Any, ...]:
+def _row(condition: FinishedRuns) -> tuple[Any, ...]:
     config, fitness = condition.config, condition.fitness
     quartiles = np.nanquantile(fitness, (0.25, 0.5, 0.75)) if len(fitness) else [np.nan] * 3
     low, middle, high = (float(value) for value in quartiles)
@@ -64,9 +64,9 @@ def _row(condition: Condition) -> tuple[Any, ...]:
     )  # fmt: skip
 
 
-def _curves(conditions: Sequence[Condition], drawn: dict[str, Any]) -> list[str]:
+def _curves(conditions: Sequence[FinishedRuns], drawn: dict[str, Any]) -> list[str]:
     """Median best speed by generation, a chart for each robot and apparatus."""
-    places: dict[str, list[Condition]] = {}
+    places: dict[str, list[FinishedRuns]] = {}
     for condition in conditions:
         places.setdefault(condition.where, []).append(condition)
     parts = []
@@ -90,7 +90,7 @@ def _curves(conditions: Sequence[Condition], drawn: dict[str, Any]) -> list[str]
     return [section("Best speed by generation", *parts, note="Median over runs.")]
 
 
-def _claims(conditions: Sequence[Condition]) -> list[str]:
+def _claims(conditions: Sequence[FinishedRuns]) -> list[str]:
     rows = [
         (claim.number, claim.says, claim.source, finding.verdict, finding.reason)
         for claim, finding in judge(conditions)

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from experiments.config import EvolveConfig
-from experiments.options import options_of
-from experiments.runs.history import Row
+from experiments.config.options import options_of
+from experiments.runs.history import HistoryRow
 from experiments.runs.provenance import provenance
 from experiments.runs.tensorboard.event_file import EventFile
 
@@ -39,7 +39,7 @@ class Tracker:
         config: EvolveConfig,
         generation: int,
         *,
-        history: Sequence[Row] = (),
+        history: Sequence[HistoryRow] = (),
         overview: Path | None = None,
         validated: Sequence[str] = (),
     ) -> None:
@@ -82,7 +82,7 @@ class Tracker:
 
     def log(
         self,
-        rows: Sequence[Row],
+        rows: Sequence[HistoryRow],
         metrics: Sequence[Mapping[str, float | None]],
         populations: np.ndarray,
     ) -> None:
@@ -137,10 +137,10 @@ class Tracker:
     def _files(self) -> list[EventFile]:
         return [*self.runs, *([self.overview] if self.overview is not None else [])]
 
-    def _catch_up(self, history: Sequence[Row]) -> None:
+    def _catch_up(self, history: Sequence[HistoryRow]) -> None:
         """Write the fitness of the generations before into a new overview."""
         assert self.overview is not None
-        by_generation: dict[int, list[Row]] = {}
+        by_generation: dict[int, list[HistoryRow]] = {}
         for row in history:
             by_generation.setdefault(row.generation, []).append(row)
         best = np.full(self._config.runs, np.nan)
@@ -155,7 +155,7 @@ def run_folders(folder: Path, runs: int) -> list[Path]:
     return [folder] if runs == 1 else [folder / f"run-{run}" for run in range(runs)]
 
 
-def _best_so_far(history: Sequence[Row], runs: int) -> np.ndarray:
+def _best_so_far(history: Sequence[HistoryRow], runs: int) -> np.ndarray:
     """The best fitness of each run up to now, NaN where there is none."""
     best = np.full(runs, np.nan)
     for row in history:
@@ -163,7 +163,7 @@ def _best_so_far(history: Sequence[Row], runs: int) -> np.ndarray:
     return best
 
 
-def _fitness(row: Row, best_so_far: float) -> dict[str, float]:
+def _fitness(row: HistoryRow, best_so_far: float) -> dict[str, float]:
     return {
         "fitness/best": row.best,
         "fitness/median": row.median,

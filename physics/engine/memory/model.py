@@ -10,10 +10,10 @@ import numpy as np
 
 from physics import checks
 from physics.backend import Features, ti
-from physics.conditions import Conditions
 from physics.engine.memory import layout as lay
 from physics.engine.memory.layout import Layout
 from physics.scene import clock, damage, material
+from physics.scene.conditions import Conditions
 from physics.scene.morphology import Morphology
 from physics.scene.sensors import Apparatus
 

@@ -52,7 +52,7 @@ def test_unseen_terrains_are_ten_and_reported_alike(tmp_path: Path) -> None:
     folder = run_folder(tmp_path)
     written = registry.unseen_terrains(folder).read_bytes()
     other = tmp_path / "other.csv"
-    unseen.report(folder, 10, None, None, 0, other)
+    unseen.evaluate_run(folder, 10, None, None, 0, other)
     assert other.read_bytes() == written
     speeds = unseen.reassess(PLASTIC, random_champions().genomes, range(10))
     rows = list(csv.reader(written.decode().splitlines()))

@@ -21,8 +21,8 @@ from experiments.bench import (
     startup,
     timing,
 )
+from experiments.bench.measurement import Measurement, Target
 from experiments.bench.partial_step import STAGES, PartialStep
-from experiments.bench.row import Row, Target
 from experiments.bench.setting import Setting
 from experiments.bench.startup import Start, start_process
 from experiments.bench.workload import GAITS, ClosedLoop, OpenLoop, OwnModule, Workload
@@ -39,7 +39,7 @@ def test_figures_of_a_rate() -> None:
 
 
 def test_figures_of_a_cost() -> None:
-    cost = Row("cost", "us", (3.0, 1.0, 2.0), more_is_better=False, target=Target(2.0, 1.0))
+    cost = Measurement("cost", "us", (3.0, 1.0, 2.0), more_is_better=False, target=Target(2.0, 1.0))
     assert (cost.median, cost.best, cost.ratio) == (2.0, 1.0, None)
     assert cost.verdict == "reached"
 
@@ -56,8 +56,8 @@ def test_figures_of_a_cost() -> None:
 )
 def test_verdicts(median: float, more_is_better: bool, verdict: str) -> None:
     target = Target(10.0, 20.0) if more_is_better else Target(20.0, 10.0)
-    assert Row("", "", (median,), more_is_better, target=target).verdict == verdict
-    assert Row("", "", (median,), more_is_better).verdict is None
+    assert Measurement("", "", (median,), more_is_better, target=target).verdict == verdict
+    assert Measurement("", "", (median,), more_is_better).verdict is None
 
 
 def test_a_row_measured_again() -> None:
@@ -239,7 +239,7 @@ def test_profile_names_every_part() -> None:
 
 
 def test_a_generation_besides_its_lives() -> None:
-    (row,) = overhead.besides_lives(TINY)
+    (row,) = overhead.besides_episodes(TINY)
     assert len(row.samples) == 2
     assert row.best > 0
 

@@ -9,7 +9,7 @@ from experiments.bench import (
     benchmark,
     display,
 )
-from experiments.bench.row import Row, Stage
+from experiments.bench.measurement import Measurement, Stage
 from experiments.bench.setting import Setting
 from tests.experiments.bench.benches import MACHINE, ROWS
 from tests.experiments.commands import hebbtorch
@@ -72,11 +72,11 @@ def test_the_command_measures_shows_and_writes(
 ) -> None:
     settings: list[Setting] = []
 
-    def measure(setting: Setting) -> list[Row]:
+    def measure(setting: Setting) -> list[Measurement]:
         settings.append(setting)
         return [ROWS[0]]
 
-    def measure_otherwise(setting: Setting) -> list[Row]:
+    def measure_otherwise(setting: Setting) -> list[Measurement]:
         return [ROWS[1]]
 
     monkeypatch.setattr(benchmark, "measurements", lambda: {"one": measure})

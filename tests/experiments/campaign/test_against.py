@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from experiments.campaign import against
-from experiments.campaign.command import campaign
 from experiments.campaign.grid import Condition, Grid, Scale
+from experiments.campaign.launch import run_campaign
 from experiments.campaign.options import CampaignOptions
 from experiments.campaign.study import Study
 from experiments.config import EvolveConfig
@@ -65,8 +65,8 @@ def test_a_campaign_again_is_identical(tmp_path: Path, capsys: pytest.CaptureFix
         scale=Scale(runs=2, generations=1, population=8, duration=0.5),
         threads=1,
     )
-    assert campaign([study], options) == 0
+    assert run_campaign([study], options) == 0
     pack(tmp_path / "one", tmp_path / "bundle")
     again = replace(options, out=tmp_path / "two", against=tmp_path / "bundle")
-    assert campaign([study], again) == 0
+    assert run_campaign([study], again) == 0
     assert "0 of 1 conditions moved, 1 are identical" in capsys.readouterr().out

@@ -18,11 +18,11 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 from tensorboard.plugins.custom_scalar import layout_pb2
 
 from experiments.campaign import cost, plan
-from experiments.campaign.command import campaign
 from experiments.campaign.execution import open_session
 from experiments.campaign.grid import Condition, Grid, Scale
+from experiments.campaign.launch import run_campaign
 from experiments.campaign.options import CampaignOptions
-from experiments.campaign.root import CampaignRoot, Standing
+from experiments.campaign.root import CampaignRoot, ConditionStatus
 from experiments.campaign.study import Study
 from experiments.config import EvolveConfig
 from experiments.runs.champions import Champions
@@ -35,7 +35,7 @@ HEBBIAN, MLP = "worm-2x1-low-hebbian", "worm-2x1-low-mlp"
 
 
 def run(*studies: Study, out: Path, scale: Scale = SCALE, **options: object) -> int:
-    return campaign(studies, CampaignOptions(out=out, scale=scale, threads=1, **options))
+    return run_campaign(studies, CampaignOptions(out=out, scale=scale, threads=1, **options))
 
 
 def results(root: Path, name: str) -> tuple[list[list[str]], Champions]:
@@ -225,11 +225,11 @@ def test_dry_run_tells_what_is_done(tmp_path: Path, capsys: pytest.CaptureFixtur
         with open_session(hebbian.config, root.condition(HEBBIAN)) as session:
             session.step()
             session.step()
-        assert root.standing(hebbian).generation == 2
+        assert root.status(hebbian).generation == 2
         with open_session(mlp.config, root.condition(MLP)) as session:
             for _ in range(3):
                 session.step()
-            assert not root.standing(mlp).finished
+            assert not root.status(mlp).finished
             session.finish()
     before = snapshot(root.path)
     assert run(BOTH, out=root.path, scale=scale, dry_run=True) == 0
@@ -241,8 +241,12 @@ def test_dry_run_tells_what_is_done(tmp_path: Path, capsys: pytest.CaptureFixtur
 
 def test_estimates_go_by_what_is_left() -> None:
     conditions = [Condition(name, replace(WORM, generations=4, duration=0.5)) for name in "abc"]
-    standings = {"a": Standing(), "b": Standing(3), "c": Standing(4, finished=True)}
-    whole, rest, none = plan.estimate(conditions, standings)
+    statuses = {
+        "a": ConditionStatus(),
+        "b": ConditionStatus(3),
+        "c": ConditionStatus(4, finished=True),
+    }
+    whole, rest, none = plan.estimate(conditions, statuses)
     steps = 0  # of an episode, as the simulator counts them
     t = 0.0
     while t < 0.5:

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 import torch
 
-from experiments.campaign.command import campaign
 from experiments.campaign.grid import Scale
+from experiments.campaign.launch import run_campaign
 from experiments.campaign.options import CampaignOptions
 from experiments.campaign.study import read_study
 from experiments.runs.champions import Champions
@@ -80,7 +80,7 @@ def test_a_killed_campaign_on_ray_ends_as_one_without(tmp_path: Path, address: s
     grid.write_text('[base]\nshape = "worm-2x1"\n[axes]\ncontroller = ["hebbian", "mlp"]\n')
     expected, root = tmp_path / "expected", tmp_path / "root"
     options = CampaignOptions(out=expected, scale=SCALE, threads=1)
-    assert campaign([read_study(grid)], options) == 0
+    assert run_campaign([read_study(grid)], options) == 0
 
     arguments = f"campaign --grid {grid} --out {root} --cluster ray --runs 2 --population 8"
     arguments += " --generations 4 --duration 0.5"

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import pytest
 
-from experiments.campaign.command import campaign
+from experiments.campaign.launch import run_campaign
 from experiments.campaign.options import CampaignOptions
 from experiments.campaign.study import read_study
 from tests.experiments.campaign.test_campaign_cluster import NAMES, SCALE, results
@@ -110,7 +110,9 @@ def test_a_condition_goes_on_elsewhere_when_its_node_is_lost(
     grid = tmp_path / "grid.toml"
     grid.write_text('[base]\nshape = "worm-2x1"\n[axes]\ncontroller = ["hebbian", "mlp"]\n')
     expected, shared = tmp_path / "expected", tmp_path / "shared"
-    assert campaign([read_study(grid)], CampaignOptions(out=expected, scale=SCALE, threads=1)) == 0
+    assert (
+        run_campaign([read_study(grid)], CampaignOptions(out=expected, scale=SCALE, threads=1)) == 0
+    )
     shared.mkdir()
     port = free_port()
     address = f"127.0.0.1:{port}"

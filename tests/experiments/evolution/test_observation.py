@@ -8,7 +8,7 @@ import pytest
 import torch
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
-from experiments.analysis.life_log import log_life
+from experiments.analysis.episode_log import log_episode
 from experiments.analysis.unseen import speeds_on
 from experiments.config import EvolveConfig
 from experiments.evolution.evolve import Session
@@ -39,7 +39,7 @@ def logged(tiny: EvolveConfig, tmp_path_factory: pytest.TempPathFactory) -> dict
             while not session.evolved:
                 session.step()
             champions = session.finish()
-        log_life(folders[name], config, champions.genomes[0])
+        log_episode(folders[name], config, champions.genomes[0])
     return folders
 
 
@@ -105,7 +105,7 @@ def test_an_episode_is_replaced_when_it_is_logged_again(logged: dict[str, Path])
     before = [(e.step, e.value) for e in read(folder / "life").Scalars("life/speed")]
     with Session.resume(folder) as session:
         champions = session.finish()
-    log_life(folder, champions.config, champions.genomes[0])
+    log_episode(folder, champions.config, champions.genomes[0])
     assert [(e.step, e.value) for e in read(folder / "life").Scalars("life/speed")] == before
 
 

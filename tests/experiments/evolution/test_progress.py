@@ -7,14 +7,15 @@ from types import SimpleNamespace
 
 import pytest
 
-from experiments import terminal
 from experiments.evolution.progress import ProgressDisplay, counted
-from experiments.runs.history import Row
+from experiments.io import terminal
+from experiments.runs.history import HistoryRow
 
 
-def rows(generation: int, *bests: float) -> list[Row]:
+def rows(generation: int, *bests: float) -> list[HistoryRow]:
     return [
-        Row(run, generation, best, best - 1, 0.0, 0.0, 0, 0.0) for run, best in enumerate(bests)
+        HistoryRow(run, generation, best, best - 1, 0.0, 0.0, 0, 0.0)
+        for run, best in enumerate(bests)
     ]
 
 

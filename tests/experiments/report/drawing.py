@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from experiments.report.conditions import find_runs
 from experiments.report.figures import FIGURES
+from experiments.report.finished_runs import find_runs
 from tests.experiments.finished_runs import read_csv
 
 

@@ -9,10 +9,11 @@ import pytest
 
 from experiments.campaign.grid import Scale
 from experiments.config import EvolveConfig
-from experiments.report.claims import CLAIMS, judge, measures, report
+from experiments.report.claims import CLAIMS, judge, measures
 from experiments.report.claims.evidence import EVIDENCE
-from experiments.report.conditions import Condition, find_runs, gather
+from experiments.report.claims.summary import write_summary
 from experiments.report.figures import FIGURES
+from experiments.report.finished_runs import FinishedRuns, find_runs, gather
 from experiments.studies.registry import STUDIES
 from tests.experiments.finished_runs import (
     write_evaluation,
@@ -28,7 +29,7 @@ BODIES = [(shape, s) for shape in ("biped-4x3", "worm-7x1") for s in ("low", "me
 SMALL = EvolveConfig(generations=10, population=8)
 
 
-def condition(folder: Path) -> Condition:
+def condition(folder: Path) -> FinishedRuns:
     (found,) = gather([folder])
     return found
 
@@ -142,7 +143,7 @@ def test_results_like_the_papers_support_its_claims(tmp_path: Path) -> None:
 def test_three_runs_decide_nothing(tmp_path: Path) -> None:
     root, out = tmp_path / "runs", tmp_path
     write_paper(root, 3)
-    text = report(find_runs([root]), out).read_text(encoding="utf-8")
+    text = write_summary(find_runs([root]), out).read_text(encoding="utf-8")
     assert "3 run(s) of each; 10 generations" in text
     assert f"0 supported, 0 contradicted, {len(CLAIMS)} open." in text
     assert text.count("| **open** |") == len(CLAIMS)
@@ -163,7 +164,7 @@ def test_every_claim_tells_where_its_evidence_comes_from() -> None:
 def test_a_claim_has_a_page_with_its_commands_and_figures(tmp_path: Path) -> None:
     folder = write_run(tmp_path / "runs", SMALL, [3.0])
     (tmp_path / "effectiveness.png").write_bytes(b"drawn")
-    text = report([folder], tmp_path).read_text(encoding="utf-8")
+    text = write_summary([folder], tmp_path).read_text(encoding="utf-8")
     page = text.split("## 1. ")[1].split("## 2. ")[0]
     assert "`hebbtorch campaign effectiveness --out ROOT`" in page
     assert "`hebbtorch render ROOT/conditions/biped-4x3-low-hebbian`" in page

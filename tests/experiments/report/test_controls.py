@@ -9,7 +9,7 @@ import hebbtorch
 from experiments.analysis.freezing import act, learn
 from experiments.analysis.unseen import speeds_on
 from experiments.config import EvolveConfig
-from experiments.report.conditions import label
+from experiments.report.finished_runs import label
 from experiments.rollout import controller
 from experiments.rollout.evaluate import Evaluator
 from experiments.rollout.scenarios import Scenarios

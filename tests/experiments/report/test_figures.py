@@ -9,8 +9,8 @@ import pytest
 
 from experiments import cli
 from experiments.config import EvolveConfig
-from experiments.report.conditions import find_runs, gather, per_run
 from experiments.report.figures import FIGURES
+from experiments.report.finished_runs import find_runs, gather, per_run
 from tests.experiments.finished_runs import (
     write_csv,
     write_evaluation,

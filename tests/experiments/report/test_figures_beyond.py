@@ -4,8 +4,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from experiments.config import EvolveConfig
-from experiments.report.conditions import find_runs
 from experiments.report.figures import FIGURES
+from experiments.report.finished_runs import find_runs
 from tests.experiments.finished_runs import (
     write_generalization,
     write_paired,

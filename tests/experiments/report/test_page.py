@@ -12,8 +12,8 @@ import pytest
 from PIL import Image
 
 from experiments.analysis.trajectory import record
-from experiments.report.page.command import report
 from experiments.report.page.episode_data import episode_data
+from experiments.report.page.write import write_page
 from tests.experiments.champions import PLASTIC, STATIC, random_champions, run_folder
 from tests.experiments.finished_runs import write_csv, write_evaluation, write_freezing
 
@@ -47,7 +47,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def page(run: Path) -> Path:
-    return report(run, run.parent / "page.html")
+    return write_page(run, run.parent / "page.html")
 
 
 def data_of(page: Path) -> dict:
@@ -109,14 +109,14 @@ def test_a_run_shows_its_champion_intact_damaged_and_frozen(page: Path) -> None:
 
 
 def test_static_champions_have_no_weights_to_show(tmp_path: Path) -> None:
-    data = data_of(report(run_folder(tmp_path, STATIC)))
+    data = data_of(write_page(run_folder(tmp_path, STATIC)))
     assert [each["name"] for each in data["episodes"]] == ["champion", "damaged"]
 
 
 def test_a_campaign_shows_its_conditions(run: Path, tmp_path: Path) -> None:
     root = tmp_path / "root"
     shutil.copytree(run, root / "conditions" / "one")
-    text = report(root).read_text(encoding="utf-8")
+    text = write_page(root).read_text(encoding="utf-8")
     assert "worm-3x1" in text
     assert "paper&#x27;s claims" in text
     assert data_of(root / "report.html")["charts"]["curves-0"]["curves"][0]["y"] == [1.5, 2.5, 3.5]
@@ -135,7 +135,7 @@ def test_mistakes_are_told_and_nothing_is_written(
     tmp_path: Path, folder: str, out: str | None, message: str
 ) -> None:
     with pytest.raises(ValueError, match=message):
-        report(tmp_path / folder, tmp_path / out if out else None)
+        write_page(tmp_path / folder, tmp_path / out if out else None)
     assert list(tmp_path.iterdir()) == []
 
 

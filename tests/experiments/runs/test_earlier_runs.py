@@ -7,14 +7,14 @@ from pathlib import Path
 import pytest
 import torch
 
-from experiments.campaign.command import campaign
 from experiments.campaign.grid import Scale
+from experiments.campaign.launch import run_campaign
 from experiments.campaign.options import CampaignOptions
 from experiments.campaign.study import read_study
 from experiments.config import EvolveConfig
 from experiments.evolution.evolve import Session
 from experiments.evolution.launch import resume
-from experiments.report.conditions import gather
+from experiments.report.finished_runs import gather
 from experiments.runs.champions import Champions
 from tests.experiments.commands import hebbtorch
 
@@ -97,7 +97,7 @@ def test_a_campaign_goes_on_where_it_was(tmp_path: Path) -> None:
     grid = shutil.copy(RECORDED / "grid.toml", tmp_path)
     scale = Scale(runs=2, generations=2, population=4, duration=0.5)
     study = read_study(Path(grid))
-    assert campaign([study], CampaignOptions(out=root, scale=scale, threads=1)) == 0
+    assert run_campaign([study], CampaignOptions(out=root, scale=scale, threads=1)) == 0
     assert (done / "checkpoint.pt").read_bytes() == before
     assert sorted(path.name for path in done.parent.iterdir()) == [
         "worm-2x1-low-hebbian-terrain-hilly-1-10",

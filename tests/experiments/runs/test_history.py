@@ -6,11 +6,11 @@ from pathlib import Path
 
 import torch
 
-from experiments.runs.history import History, Row
+from experiments.runs.history import History, HistoryRow
 
 
-def row(generation: int, best: float = 0.1) -> Row:
-    return Row(0, generation, best, 0.2, -0.3, 1 / 3, 8 * generation, 1.5 * generation)
+def row(generation: int, best: float = 0.1) -> HistoryRow:
+    return HistoryRow(0, generation, best, 0.2, -0.3, 1 / 3, 8 * generation, 1.5 * generation)
 
 
 def read(path: Path) -> list[dict[str, str]]:
@@ -21,16 +21,16 @@ def read(path: Path) -> list[dict[str, str]]:
 def test_row_summarises_a_population() -> None:
     fitness = torch.tensor([3.0, torch.nan, 1.0, 5.0, 2.0, 4.0], dtype=torch.float64)
     # Without the failed one: 1 2 3 4 5, whose upper quartile is 4.
-    assert Row.of(2, 7, fitness, 9.5) == Row(2, 7, 5.0, 3.0, 3.0, 4.0, 42, 9.5)
+    assert HistoryRow.of(2, 7, fitness, 9.5) == HistoryRow(2, 7, 5.0, 3.0, 3.0, 4.0, 42, 9.5)
 
 
 def test_quartile_and_median_are_interpolated() -> None:
-    summary = Row.of(0, 1, torch.tensor([0.0, 1.0, 2.0, 10.0], dtype=torch.float64), 0.0)
+    summary = HistoryRow.of(0, 1, torch.tensor([0.0, 1.0, 2.0, 10.0], dtype=torch.float64), 0.0)
     assert (summary.median, summary.q75, summary.mean) == (1.5, 4.0, 3.25)
 
 
 def test_a_population_that_failed_as_a_whole_has_no_fitness() -> None:
-    summary = Row.of(0, 1, torch.full((4,), torch.nan), 0.0)
+    summary = HistoryRow.of(0, 1, torch.full((4,), torch.nan), 0.0)
     assert all(math.isnan(x) for x in (summary.best, summary.median, summary.mean, summary.q75))
     assert summary.evaluations == 4
 

@@ -8,13 +8,15 @@ import torch
 
 from experiments.config import EvolveConfig
 from experiments.runs.folder import Checkpoint, RunStore, read_config
-from experiments.runs.history import History, Row
+from experiments.runs.history import History, HistoryRow
 
 CONFIG = EvolveConfig(population=4, seed=3)
 
 
 def checkpoint(generation: int) -> Checkpoint:
-    rows = [Row(0, g, 0.1 * g, 0.0, 0.0, 0.0, 4 * g, 1.0 * g) for g in range(1, generation + 1)]
+    rows = [
+        HistoryRow(0, g, 0.1 * g, 0.0, 0.0, 0.0, 4 * g, 1.0 * g) for g in range(1, generation + 1)
+    ]
     strategy = {"genomes": torch.full((4, 3), 1 / 3) * generation, "generation": generation}
     return Checkpoint(generation, strategy, History(rows))
 

@@ -17,7 +17,7 @@ from tensorboard.plugins.custom_scalar.layout_pb2 import Layout
 from tensorboard.plugins.hparams.plugin_data_pb2 import HParamsPluginData
 
 from experiments.config import EvolveConfig
-from experiments.runs.history import Row
+from experiments.runs.history import HistoryRow
 from experiments.runs.tensorboard import EventFile, Tracker
 
 
@@ -31,7 +31,9 @@ def scalars(folder: Path, tag: str) -> list[tuple[int, float]]:
 
 def log(tracker: Tracker, generation: int, *bests: float, **values: float) -> None:
     """A generation of populations of two, the second of which makes half the best."""
-    rows = [Row(k, generation, best, 0.75 * best, 0, 0, 2, 0) for k, best in enumerate(bests)]
+    rows = [
+        HistoryRow(k, generation, best, 0.75 * best, 0, 0, 2, 0) for k, best in enumerate(bests)
+    ]
     populations = np.array([[best, best / 2] for best in bests])
     tracker.log(rows, [dict(values)] * len(bests), populations)
 
@@ -59,7 +61,7 @@ def test_resume_replaces_what_ran_ahead(tmp_path: Path) -> None:
     with Tracker(tmp_path, EvolveConfig(), 1) as tracker:
         for generation in (1, 2, 3):
             log(tracker, generation, 1.0 * generation)
-    history = [Row(0, k, 1.0 * k, 0, 0, 0, 0, 0) for k in (1, 2)]
+    history = [HistoryRow(0, k, 1.0 * k, 0, 0, 0, 0, 0) for k in (1, 2)]
     with Tracker(tmp_path, EvolveConfig(), 3, history=history) as tracker:
         log(tracker, 3, 1.5)
         log(tracker, 4, 10.0)
@@ -116,7 +118,7 @@ def test_an_overview_can_lie_elsewhere_and_has_bands(tmp_path: Path) -> None:
 
 
 def test_an_overview_that_is_missing_gets_the_generations_before(tmp_path: Path) -> None:
-    history = [Row(run, k, 1.0 * k + run, 0, 0, 0, 0, 0) for k in (1, 2) for run in (0, 1)]
+    history = [HistoryRow(run, k, 1.0 * k + run, 0, 0, 0, 0, 0) for k in (1, 2) for run in (0, 1)]
     with Tracker(
         tmp_path / "run", EvolveConfig(runs=2), 3, history=history, overview=tmp_path / "new"
     ) as tracker:

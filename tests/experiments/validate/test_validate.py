@@ -22,7 +22,7 @@ from experiments.validate import (
     validate,
     validation,
 )
-from experiments.validate.case import Case, Row, Skip, Tolerance
+from experiments.validate.case import Case, Check, Skip, Tolerance
 from experiments.validate.recordings import Recordings
 from physics import Engine, Terrain
 from tests.experiments.commands import hebbtorch
@@ -65,7 +65,7 @@ def small(tmp_path: Path) -> Path:
     ],
 )
 def test_a_tolerance(tolerance: Tolerance, ours: float, passes: bool) -> None:
-    assert Row("case", "measure", 5.0, ours, tolerance).passes is passes
+    assert Check("case", "measure", 5.0, ours, tolerance).passes is passes
 
 
 def test_recorded_runs_pass_and_are_reported(

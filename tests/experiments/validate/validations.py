@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from experiments.validate import validation
-from experiments.validate.case import Case, Row, Setting, Skip
+from experiments.validate.case import Case, Check, Setting, Skip
 from physics import Engine
 
 OWN = validation.OWN_COPY
 
 
-def rows_of(cases: list[Case | Skip], engine: Engine | None = None) -> list[Row]:
+def rows_of(cases: list[Case | Skip], engine: Engine | None = None) -> list[Check]:
     """What the cases give; none may be skipped."""
     skipped = [case for case in cases if isinstance(case, Skip)]
     assert cases

@@ -147,7 +147,7 @@ def test_phases_can_be_spread() -> None:
     assert ends.sum(1).max() == 1
 
 
-class Standing(Task):
+class Upright(Task):
     """A task of a user's own: the height of the centre."""
 
     terrain = "flat"
@@ -160,7 +160,7 @@ class Standing(Task):
 
 
 def test_a_task_may_be_of_ones_own() -> None:
-    env = make(task=Standing())
+    env = make(task=Upright())
     env.reset(seed=0)
     _, reward, *_, infos = env.step(ACTIONS[0])
     assert torch.equal(reward, infos["center"][:, 1])

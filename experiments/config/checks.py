@@ -1,0 +1,177 @@
+"""Checks of an evolution's options, and that they fit together; nothing is written."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from types import NoneType
+from typing import Any, Literal, get_args, get_origin, get_type_hints
+
+from experiments.config.options import options_of
+
+__all__ = ["check"]
+
+_LEAST_DURATION = 0.1  # [s]
+_KINDS = {bool: "true or false", str: "text"}
+_BYTES = 40  # of a synapse or a voxel, at least
+_LEAST_POPULATION = 4  # of which a quarter are parents
+
+
+def check(config: Any) -> None:
+    """Check every option of an evolution.
+
+    Args:
+        config: An `EvolveConfig`; that module imports this one.
+
+    Raises:
+        ValueError: the first option that is wrong: its name, what was expected, what came and how
+            to mend it.
+    """
+    for each in (
+        _check_kinds, _check_choices, _check_numbers, _check_controller, _check_network,
+        _check_world, _check_device, _check_size,
+    ):  # fmt: skip
+        each(config)
+
+
+def _check_kinds(config: Any) -> None:
+    """Refuse what is of another kind than an option can be; a file may hold anything."""
+    for field in dataclasses.fields(config):
+        value, default = getattr(config, field.name), field.default
+        kinds: tuple[type, ...] = (str, int, float, NoneType)
+        if isinstance(default, bool):
+            kinds = (bool,)
+        elif isinstance(default, str):
+            kinds = (str,)
+        if not isinstance(value, kinds) or isinstance(value, bool) != isinstance(default, bool):
+            words = "a number or text" if len(kinds) > 1 else _KINDS[kinds[0]]
+            raise ValueError(f"{field.name}: expected {words}, got {value!r}")
+
+
+def _check_choices(config: Any) -> None:
+    for name, hint in get_type_hints(type(config)).items():
+        allowed = get_args(hint) if get_origin(hint) is Literal else None
+        value = getattr(config, name)
+        if allowed and value not in allowed:
+            raise ValueError(f"{name}: expected one of {', '.join(allowed)}, got {value!r}")
+
+
+def _check_numbers(config: Any) -> None:
+    for name, least in (
+        ("generations", 1),
+        ("population", _LEAST_POPULATION),
+        ("control_interval", 1),
+        ("control_delay", 0),
+        ("average", 1),
+        ("every", 1),
+        ("runs", 1),
+        ("seed", 0),
+        ("threads", 1),
+    ):
+        value = getattr(config, name)
+        if name == "threads" and value is None:
+            continue
+        if not _is_integer(value) or value < least:
+            raise ValueError(f"{name}: expected an integer >= {least}, got {value!r}")
+    for name, minimum in (
+        ("sigma", 0.0),
+        ("noise", 0.0),
+        ("duration", _LEAST_DURATION),
+        ("decay", 0.0),
+        ("clip", 0.0),
+        ("actuation_cutoff", 0.0),
+        ("gravity", -math.inf),
+        ("friction", 0.0),
+        ("spring_frequency", 0.1),
+        ("spring_damping", 0.0),
+        ("damage_probability", 0.0),
+    ):
+        value = getattr(config, name)
+        if name in ("actuation_cutoff", "friction") and value is None:
+            continue
+        if not _is_finite(value) or value < minimum:
+            raise ValueError(f"{name}: expected a finite number >= {minimum}, got {value!r}")
+    if config.damage_probability > 1:
+        raise ValueError(
+            f"damage_probability: expected a number in [0, 1], got {config.damage_probability!r}"
+        )
+    from physics.scene.clock import steps_in
+
+    steps_in(config.duration)
+    if config.sigma == 0:
+        raise ValueError("sigma: expected a number > 0, got 0; nothing would evolve")
+    if not _is_finite(config.gain) or config.gain == 0:
+        raise ValueError(f"gain: expected a finite number other than 0, got {config.gain!r}")
+    if config.eta != "evolved" and not _is_finite(config.eta):
+        raise ValueError(f'eta: expected a finite number or "evolved", got {config.eta!r}')
+
+
+def _check_controller(config: Any) -> None:
+    default = type(config)()
+    for name, what in options_of(type(config)).items():
+        value = getattr(config, name)
+        has_it = not what.controllers or config.controller in what.controllers
+        if not has_it and value != getattr(default, name):
+            raise ValueError(
+                f"{name}: expected no such option with controller {config.controller}, got "
+                f"{value!r}; drop it or use controller {' or '.join(what.controllers)}"
+            )
+
+
+def _check_network(config: Any) -> None:
+    """The layers know their own options and what to say of wrong ones."""
+    import torch
+
+    import hebbtorch
+
+    network = hebbtorch.HebbianMLP(
+        [1, 1],
+        groups=["input"] if config.sharing == "grouped" else None,
+        **config.plastic_options(),
+    )
+    network.initial_state(generator=torch.Generator())
+
+
+def _check_world(config: Any) -> None:
+    from physics import Apparatus, Morphology, Terrain
+
+    apparatus = Apparatus.of(config.sensors, Morphology.from_name(config.shape))
+    if apparatus.n_readings == 0:
+        raise ValueError(
+            f"sensors: expected at least one reading, got none from {config.sensors!r} on "
+            f"{config.shape!r}; choose a richer apparatus"
+        )
+    Terrain.from_name(config.terrain, seed=0)
+
+
+def _check_device(config: Any) -> None:
+    from physics import checks
+
+    try:
+        checks.device(config.device)
+    except RuntimeError:  # PyTorch's, for a name that it does not know
+        raise ValueError(f"device: expected cpu or cuda, got {config.device!r}") from None
+
+
+def _check_size(config: Any) -> None:
+    """See that a generation fits into memory, by the least that networks and worlds take."""
+    from physics import Apparatus, Morphology, checks
+
+    morphology = Morphology.from_name(config.shape)
+    inputs, outputs = (
+        Apparatus.of(config.sensors, morphology).n_readings,
+        morphology.n_voxels,
+    )
+    synapses = inputs * (inputs + outputs)
+    checks.require_memory(
+        "population", config.runs * config.population, _BYTES * (synapses + outputs)
+    )
+
+
+def _is_integer(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def _is_finite(value: Any) -> bool:
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return is_number and math.isfinite(value)

@@ -1,0 +1,372 @@
+"""What an evolution is: every option of a run, checked before anything is written.
+
+This module imports neither torch nor the simulator at the top, so that the command line can
+show its help at once.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from experiments.config.options import option
+from experiments.io.formats import require_format
+
+__all__ = ["EvolveConfig"]
+
+_FORMAT = 1  # of the options in JSON
+_PLASTIC, _STATIC = ("hebbian",), ("mlp", "rnn")  # controllers with and without plasticity
+_SPELLINGS: dict[str, dict[str, str | None]] = {
+    "normalize": {"none": None, "None": None},
+    "init": {"zero": "zeros"},
+}
+"""How the command line, TOML files and earlier versions write some values."""
+
+
+@dataclass(frozen=True)
+class EvolveConfig:
+    """Everything that decides the outcome of an evolution; the defaults are the paper's.
+
+    Options that make another condition stand in the order in which they make its name.
+    """
+
+    shape: str = option("biped-4x3", "axis")
+    """Robot: biped-WxH, worm-WxH, box-WxH, tripod-WxH, comb-WxH, T-WxH or ball-D."""
+
+    sensors: str = option("low", "axis")
+    """Sensory apparatus: low, medium or high."""
+
+    controller: Literal["hebbian", "mlp", "rnn"] = option("hebbian", "axis")
+    """Plastic network whose rules evolve, or static network whose weights evolve: feed-forward, or
+    recurrent with at most as many genes as the plastic one has ("rnn", Elman's)."""
+
+    sharing: str = option(
+        "full",
+        "variant",
+        label={
+            "grouped": "sensors",
+            "presynaptic": "pre-synaptic",
+            "postsynaptic": "post-synaptic",
+            "neuron": "neuron-centric",
+        },
+        controllers=_PLASTIC,
+    )
+    """Which synapses share a rule: full (none do), single (all do), presynaptic (those that enter
+    a neuron), postsynaptic (those that leave it), grouped (those of one kind of sensor) or neuron
+    (genes belong to neurons, and a synapse combines those of its two)."""
+
+    rule: str = option("abcd", "variant", controllers=_PLASTIC)
+    """Learning rule: abcd (the paper's), hebb, oja, bcm or differential."""
+
+    normalize: str | None = option(
+        None,
+        "variant",
+        suffix=lambda value: "normalized" if value == "l2" else f"normalized-{value}",
+        label={"l2": "normalized", "minmax": "min-max", "max": "over the greatest"},
+        controllers=_PLASTIC,
+    )
+    """none: weights as the rules leave them; l2: every neuron's incoming weights scaled to norm 1
+    (the paper's text); minmax: mapped onto [-1, 1] (the paper's code); max: every layer's over the
+    greatest of them."""
+
+    average: int = option(
+        1,
+        "variant",
+        suffix=lambda value: f"average-{value}",
+        label=lambda value: f"means over {value} steps",
+        controllers=_PLASTIC,
+    )
+    """The rule sees the means of the activations over so many control steps."""
+
+    every: int = option(
+        1,
+        "variant",
+        suffix=lambda value: f"every-{value}",
+        label=lambda value: f"updates every {value} steps",
+        controllers=_PLASTIC,
+    )
+    """The weights change once in so many control steps."""
+
+    decay: float = option(
+        0.0,
+        "variant",
+        suffix=lambda value: f"decay-{float(value):g}",
+        label=lambda value: f"decay {value:g}",
+        controllers=_PLASTIC,
+    )
+    """Share of the weights that is lost in each update."""
+
+    clip: float = option(
+        0.0,
+        "variant",
+        suffix=lambda value: f"clip-{float(value):g}",
+        label=lambda value: f"clipped at {value:g}",
+        controllers=_PLASTIC,
+    )
+    """Bound on the magnitude of the weights; 0: none."""
+
+    eta: float | Literal["evolved"] = option(
+        0.01,
+        "variant",
+        suffix=lambda value: f"eta-{value}",
+        label=lambda value: "η evolved" if value == "evolved" else f"η = {value}",
+        controllers=_PLASTIC,
+    )
+    """Learning rate, or "evolved" for one gene per rule."""
+
+    init: str = option(
+        "zeros",
+        "variant",
+        suffix=lambda value: f"init-{value}",
+        label={"uniform": "U(-1, 1)"},
+        controllers=_PLASTIC,
+    )
+    """Initial weights: zeros; uniform U(-1, 1), normal N(0, 1) or kaiming N(0, 2 / inputs), drawn
+    anew for every episode; or evolved, genes of their own."""
+
+    fixed: bool = option(
+        False,
+        "variant",
+        suffix=lambda _: "fixed",
+        label=lambda _: "fixed and plastic",
+        controllers=_PLASTIC,
+    )
+    """Weights that are not plastic are added: fixed + alpha * plastic, fixed and alpha evolve."""
+
+    damage: Literal["none", "half"] = option("none", "axis", suffix=lambda value: f"damage-{value}")
+    """"half": each voxel breaks with probability 0.5 at half of the episode."""
+
+    exchange_bc: bool = option(
+        False,
+        "variant",
+        suffix=lambda _: "bc-exchanged",
+        label=lambda _: "B and C exchanged",
+        controllers=_PLASTIC,
+    )
+    """B weighs the post- and C the pre-synaptic activation, as in the paper's code."""
+
+    constant_last_input: bool = option(
+        False,
+        "variant",
+        suffix=lambda _: "constant-input",
+        label=lambda _: "last input constant",
+        controllers=_PLASTIC,
+    )
+    """The last reading is replaced by 1, a bias of the hidden neurons, as in the paper's code."""
+
+    gain: float = option(
+        1.0,
+        "variant",
+        suffix=lambda value: f"gain-{float(value):g}",
+        label=lambda value: f"gain {value:g}",
+        controllers=_STATIC,
+    )
+    """Of a static network: the factor on every gene where it becomes a weight."""
+
+    bias: bool = option(False, "variant", suffix=lambda _: "bias", label=lambda _: "biases")
+    """Every neuron but the inputs has a bias, a gene of its own, which is not plastic."""
+
+    input_activation: Literal["identity", "tanh"] = option(
+        "identity",
+        "variant",
+        suffix=lambda value: f"inputs-{value}",
+        label=lambda value: f"{value} on inputs",
+        controllers=_STATIC,
+    )
+    """Of a static network, applied to the readings; the paper's code has tanh."""
+
+    terms: str = option(
+        "ABCD",
+        "variant",
+        suffix=lambda value: f"without-{_left_out(value)}",
+        label=lambda value: f"without {_left_out(value)}",
+        controllers=_PLASTIC,
+    )
+    """Terms of the rules, such as "BCD" without A; those left out are zero and do not evolve."""
+
+    terrain: str = option(
+        "hilly-3-30",
+        "variant",
+        suffix=lambda value: f"terrain-{value}",
+        label=lambda value: f"terrain {value}",
+    )
+    """Ground. Without a seed, every evaluation gets a terrain of its own; with one
+    ("hilly-3-30-7"), all share it. Also flat, steppy-H-W, uphill-A, downhill-A."""
+
+    optimizer: Literal["es", "cma", "sep-cma"] = option("es", "variant", label=lambda v: v.upper())
+    """Evolution strategy: es (the paper's Algorithm 1), or pycma's CMA-ES with a full covariance
+    matrix (cma) or its diagonal (sep-cma), which start around zero with step size --sigma."""
+
+    sigma: float = option(
+        0.35,
+        "variant",
+        suffix=lambda value: f"sigma-{float(value)}",
+        label=lambda value: f"sigma {value}",
+    )
+    """Standard deviation of the mutation."""
+
+    noise: float = option(
+        0.01,
+        "variant",
+        suffix=lambda value: f"noise-{float(value)}",
+        label=lambda value: f"noise {value}",
+    )
+    """Standard deviation of the sensor noise, in units of each sensor's range."""
+
+    control_interval: int = option(
+        1,
+        "variant",
+        suffix=lambda value: f"interval-{value}",
+        label=lambda value: f"every {value} steps",
+    )
+    """Steps of 1/60 s in a control step: the controller acts and learns once per control step."""
+
+    control_delay: int = option(
+        0,
+        "variant",
+        suffix=lambda value: f"delay-{value}",
+        label=lambda value: f"delay of {value} steps",
+    )
+    """Control steps that a command waits before it acts."""
+
+    actuation_cutoff: float | None = option(
+        None,
+        "variant",
+        suffix=lambda value: f"cutoff-{value}",
+        label=lambda value: f"cut-off {value} Hz",
+    )
+    """Cut-off frequency [Hz] of a low-pass between controller and actuation; none if not given."""
+
+    gravity: float = option(
+        9.8,
+        "variant",
+        suffix=lambda value: f"gravity-{value}",
+        label=lambda value: f"gravity {value}",
+    )
+    """Downward acceleration [m/s^2]."""
+
+    friction: float | None = option(
+        None,
+        "variant",
+        suffix=lambda value: f"friction-{value}",
+        label=lambda value: f"friction {value}",
+    )
+    """Coefficient of friction with the ground; the engine's (1.414) if not given."""
+
+    spring_frequency: float = option(
+        8.0,
+        "variant",
+        suffix=lambda value: f"springs-{value}",
+        label=lambda value: f"springs of {value} Hz",
+    )
+    """Frequency of the voxels' springs [Hz]."""
+
+    spring_damping: float = option(
+        0.3,
+        "variant",
+        suffix=lambda value: f"damping-{value}",
+        label=lambda value: f"damping {value}",
+    )
+    """Damping ratio of the voxels' springs."""
+
+    damage_mode: Literal["rest", "frozen", "random", "blind"] = option(
+        "rest",
+        "variant",
+        suffix=str,
+        label=str,
+    )
+    """What broken voxels do: rest (the paper's text), frozen, random, or obey without sensing
+    (blind)."""
+
+    damage_probability: float = option(
+        0.5,
+        "variant",
+        suffix=lambda value: f"broken-{value}",
+        label=lambda value: f"{value} of the voxels",
+    )
+    """Probability of each voxel to break."""
+
+    generations: int = option(500, "scale")
+    """Populations to evaluate."""
+
+    population: int = option(40, "scale")
+    """Individuals per generation."""
+
+    duration: float = option(60.0, "scale")
+    """Length of an episode [s]."""
+
+    runs: int = option(1, "sample")
+    """Independent runs to evolve side by side; run r is the run that --seed SEED+r alone gives."""
+
+    seed: int = option(0, "sample")
+    """Everything random follows from it."""
+
+    device: str = option("cpu", "machine")
+    """Where to compute: cpu, or cuda where PyTorch finds a GPU."""
+
+    threads: int | None = option(None, "machine")
+    """Threads of the simulator; all cores if not given. No influence on the result."""
+
+    loop: Literal["auto", "fused", "torch"] = option("auto", "machine")
+    """Control loop: network and physics in one kernel ("fused"), step by step through PyTorch
+    ("torch"), or fused where it can be ("auto")."""
+
+    def __post_init__(self) -> None:
+        for field in dataclasses.fields(self):  # numbers of NumPy and PyTorch become Python's
+            value = getattr(self, field.name)
+            if getattr(value, "ndim", None) == 0 and hasattr(value, "item"):
+                object.__setattr__(self, field.name, value.item())
+        for name, spellings in _SPELLINGS.items():
+            value = getattr(self, name)
+            if isinstance(value, str) and value in spellings:
+                object.__setattr__(self, name, spellings[value])
+
+    def validate(self) -> None:
+        """Check every option, and that they fit together. Nothing is written.
+
+        Raises:
+            ValueError: the first option that is wrong: its name, what was expected, what came
+                and how to mend it.
+        """
+        from experiments.config.checks import check
+
+        check(self)
+
+    def plastic_options(self) -> dict[str, Any]:
+        """The options of plastic networks as `hebbtorch.HebbianMLP` takes them."""
+        names = (
+            "rule", "sharing", "normalize", "average", "every", "decay", "eta", "init",
+            "fixed", "bias", "exchange_bc", "constant_last_input", "terms",
+        )  # fmt: skip
+        return {"clip": self.clip or None, **{name: getattr(self, name) for name in names}}
+
+    def to_json(self) -> str:
+        """The options as a JSON object, which `from_json` reads back."""
+        return json.dumps({"format": _FORMAT, **dataclasses.asdict(self)}, indent=2) + "\n"
+
+    @classmethod
+    def from_json(cls, text: str) -> EvolveConfig:
+        """The options that `to_json` wrote.
+
+        Raises:
+            ValueError: the text is not JSON, not an object with these options, or in a newer
+                format.
+        """
+        try:
+            values = json.loads(text)  # a JSONDecodeError is a ValueError
+        except RecursionError:
+            raise ValueError("config: expected a JSON object, got nothing but brackets") from None
+        if not isinstance(values, dict):
+            raise ValueError(f"config: expected a JSON object, got {type(values).__name__}")
+        require_format(values.pop("format", _FORMAT), _FORMAT)  # earlier versions wrote none
+        known = {field.name for field in dataclasses.fields(cls)}
+        if unknown := sorted(values.keys() - known):
+            raise ValueError(f"config: unknown option(s) {', '.join(unknown)}; remove them")
+        return cls(**values)
+
+
+def _left_out(terms: str) -> str:
+    """The terms of the rules that are not among these."""
+    return "".join(term for term in EvolveConfig.terms if term not in terms)

@@ -1,1 +1,0 @@
-"""Writing files so that a reader never sees half of one."""

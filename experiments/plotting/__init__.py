@@ -1,1 +1,0 @@
-"""How all figures look, whoever draws them."""

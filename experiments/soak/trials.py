@@ -1,0 +1,111 @@
+"""`hebbtorch soak`: random trials for some minutes, and their counts."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from experiments.io import terminal
+from experiments.io.atomic import write_atomically
+from experiments.soak.damage import DamageCounts, Original, try_flip
+from experiments.soak.kills import KillCounts, try_kills, undisturbed
+from experiments.soak.worlds import WorldCounts, try_worlds
+
+__all__ = ["soak"]
+
+_FORMAT = 1  # of the table in JSON
+_KILLS, _DAMAGE = 0.4, 0.1  # shares of the time; the worlds have the rest
+_MOST_GROWTH = 300.0  # of the memory from the 5th trial of worlds on [MB]
+
+
+def soak(minutes: float, seed: int, file: Path | None, folder: Path | None) -> int:
+    """Try kills, damaged files and random worlds, each for its share of the time.
+
+    Trials follow from the seed, one by one; the time decides only how many there are.
+
+    Args:
+        minutes: About how long it takes; at least one trial of each kind is made.
+        seed: Of all trials.
+        file: For the counts in JSON.
+        folder: Existing or new one for the runs; None: a temporary one, which is removed. Runs
+            with which something is wrong stay there.
+
+    Returns:
+        The exit code: 1 if a promise was broken.
+    """
+    began = time.monotonic()
+    with tempfile.TemporaryDirectory(prefix="hebbtorch-soak-") as temporary:
+        place = Path(temporary) if folder is None else folder
+        place.mkdir(parents=True, exist_ok=True)
+        whole = place / "undisturbed"
+        expected = undisturbed(whole)
+        kills, damage, worlds = KillCounts(), DamageCounts(), WorldCounts()
+        _until(began + 60 * minutes * _KILLS, lambda k: try_kills(seed, k, place, expected, kills))
+        _tell("kills", kills)
+        original = Original(whole)
+        end = time.monotonic() + 60 * minutes * _DAMAGE
+        _until(end, lambda k: try_flip(seed, k, original, damage))
+        _tell("damaged files", damage)
+    _until(began + 60 * minutes, lambda k: try_worlds(seed, k, worlds))
+    _tell("worlds", worlds)
+    broken = _broken(kills, damage, worlds)
+    minutes_taken = (time.monotonic() - began) / 60
+    terminal.say(f"{minutes_taken:.1f} minutes, seed {seed}: " + ("; ".join(broken) or "all held"))
+    if file is not None:
+        content = {
+            "format": _FORMAT,
+            "seed": seed,
+            "minutes": round(minutes_taken, 2),
+            "kills": vars(kills),
+            "damage": vars(damage),
+            "worlds": vars(worlds),
+            "broken": broken,
+        }
+        write_atomically(file, (json.dumps(content, indent=1) + "\n").encode())
+    return 1 if broken else 0
+
+
+def _until(end: float, trial: Callable[[int], None]) -> None:
+    """Trials 0, 1, ... up to a time, at least one."""
+    number = 0
+    while number == 0 or time.monotonic() < end:
+        trial(number)
+        number += 1
+
+
+def _tell(title: str, counts: Any) -> None:
+    """Print counts, one line each."""
+    terminal.say(f"{title}:")
+    for field in dataclasses.fields(counts):
+        value = getattr(counts, field.name)
+        if isinstance(value, dict):
+            total = sum(value.values())
+            parts = ", ".join(f"{name} {n}" for name, n in sorted(value.items()) if n)
+            value = f"{total} ({parts})" if parts else total
+        elif isinstance(value, float):
+            value = round(value, 3)
+        elif isinstance(value, list):
+            value = ", ".join(str(each) for each in value) or "none"
+        terminal.say(f"  {field.name}: {value}")
+
+
+def _broken(kills: KillCounts, damage: DamageCounts, worlds: WorldCounts) -> list[str]:
+    """What did not hold, in words."""
+    found = {
+        "evolutions ended differently after kills": kills.different,
+        "killed runs were refused": kills.refused.total(),
+        "killed runs hung": kills.hung,
+        "files were left behind by kills": kills.leftovers,
+        "damaged files were read as sound": damage.silent.total(),
+        "damaged files raised other errors": damage.errors.total(),
+        "worlds misbehaved": worlds.faults.total(),
+    }
+    words = [f"{count} {what}" for what, count in found.items() if count]
+    if worlds.memory and worlds.memory[-1] - worlds.memory[0] > _MOST_GROWTH:
+        words.append(f"memory grew from {worlds.memory[0]:.0f} to {worlds.memory[-1]:.0f} MB")
+    return words

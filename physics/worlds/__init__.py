@@ -1,0 +1,1 @@
+"""A batch of worlds in memory: what it starts from, how it is launched, saved and observed."""

@@ -1,0 +1,264 @@
+"""What the worlds of a batch start from: terrain, seed, episode, lifetime and damage of each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from physics.engine.memory import layout as lay
+from physics.engine.memory import state as st
+from physics.engine.memory.layout import Layout
+from physics.scene import clock
+from physics.scene.bodies import Bodies, Body
+from physics.scene.conditions import Conditions
+from physics.scene.damage import Damage
+from physics.scene.terrain import Terrain
+from physics.worlds.profiles import pack_terrains, padded, segments_within
+from physics.worlds.seeds import mixed
+
+__all__ = ["Batch", "varied"]
+
+_POSE_ITEMS = lay.SIN + 1  # of a body: x, y, angle, cosine, sine
+_FAR = 1e30  # where a world without ground ends [m]
+_SPARE = 1.25  # room that grows does so by this much more
+
+
+class Batch:
+    """N worlds, as they are when an episode begins.
+
+    Attributes:
+        terrains: one per world, or None without ground.
+        profiles: their points, (places, K, 2), as kernels take them.
+        segments: of terrain that the window of a group must hold; 0 without ground.
+        extent: width of that window [m].
+        seeds: of noise and damage, (N,) int64 in [0, 2^32).
+        episodes: that each world has ended since it got its seed, (N,) int64.
+    """
+
+    def __init__(
+        self,
+        bodies: Bodies,
+        terrains: list[Terrain] | None,
+        extent: float,
+        seeds: np.ndarray,
+        lifetimes: np.ndarray,
+        damage: Damage | None,
+        conditions: Conditions,
+        places: np.ndarray,
+        n_places: int,
+        like: Tensor,
+    ) -> None:
+        """Packs the terrains of N worlds.
+
+        Args:
+            bodies: the robots.
+            terrains: N of them, or None.
+            extent: width of ground that a robot may need at once, whatever its posture [m].
+            seeds: of every world, (N,) int64 in [0, 2^32).
+            lifetimes: of every world, in engine steps, (N,).
+            damage: of all worlds, if any.
+            conditions: of all worlds.
+            places: where each world lies, (N,).
+            n_places: all places, those that fill up groups included.
+            like: any tensor of the type and on the device of the state.
+
+        Raises:
+            ValueError: the damage has a mask for other voxels or worlds.
+        """
+        self.terrains = terrains
+        self.seeds = seeds
+        self.episodes = np.zeros(len(seeds), dtype=np.int64)
+        self._bodies = bodies
+        self._places = places
+        self.extent = extent
+        self._lifetimes = np.minimum(lifetimes, clock.ENDLESS)
+        self._damage = damage
+        self._conditions = conditions if varied(conditions, bodies) else None
+        self._like = like
+        self._poses: dict[tuple[Body, Terrain | None], Tensor] = {}
+        self._first: tuple[Layout, Tensor] | None = None
+        self.segments, profiles = pack_terrains(terrains, extent, places, n_places)
+        self.profiles = torch.from_numpy(profiles).to(like)
+        self._mask = None
+        if damage is not None and damage.mask is not None:
+            if not bodies.alike:
+                raise ValueError(
+                    "damage: expected no mask where worlds have different robots; give a "
+                    "probability"
+                )
+            self._mask = damage.broken_mask(len(seeds), bodies.n_voxels)
+
+    # --- changes between episodes ---------------------------------------------------------------
+
+    def count_episodes(self, chosen: np.ndarray, ended: np.ndarray) -> None:
+        """Takes note that some worlds have ended an episode.
+
+        Args:
+            chosen: numbers of k worlds.
+            ended: which of them, (k,) bool.
+        """
+        self.episodes[chosen] += ended
+
+    def set_seeds(self, chosen: np.ndarray, seeds: np.ndarray) -> None:
+        """Gives k worlds new seeds (k,), as in `seeds`, whose first episode comes next."""
+        self.seeds[chosen] = seeds
+        self.episodes[chosen] = 0
+
+    def set_terrains(self, chosen: np.ndarray, terrains: Sequence[Terrain]) -> bool:
+        """Puts k worlds on other terrains.
+
+        Args:
+            chosen: their numbers.
+            terrains: k of them.
+
+        Returns:
+            Whether the terrains have more segments than the window held so far, so that the
+            layout of the state must change.
+        """
+        assert self.terrains is not None
+        for world, terrain in zip(chosen, terrains, strict=True):
+            self.terrains[world] = terrain
+        fresh = list(dict.fromkeys(terrains))
+        points = max(len(terrain.xs) for terrain in fresh)
+        if points > self.profiles.shape[1]:
+            self._repack(int(_SPARE * points))
+        else:
+            rows = {t: padded(t, self.profiles.shape[1]) for t in fresh}
+            table = torch.from_numpy(np.stack([rows[terrain] for terrain in terrains]))
+            self.profiles[torch.from_numpy(self._places[chosen])] = table.to(self.profiles)
+        needed = max(segments_within(t.xs, self.extent) for t in fresh)
+        grows = needed > self.segments
+        self.segments = max(self.segments, needed)
+        return grows
+
+    def _repack(self, points: int) -> None:
+        """Makes room for terrains of so many points."""
+        assert self.terrains is not None
+        profiles = self.profiles.new_zeros(len(self.profiles), points, 2)
+        rows = {terrain: padded(terrain, points) for terrain in set(self.terrains)}
+        table = torch.from_numpy(np.stack([rows[terrain] for terrain in self.terrains]))
+        profiles[torch.from_numpy(self._places)] = table.to(profiles)
+        self.profiles = profiles
+
+    # --- the first instant ----------------------------------------------------------------------
+
+    def first_states(self, layout: Layout, chosen: np.ndarray) -> Tensor:
+        """The state of some worlds at the start of their next episode.
+
+        Args:
+            layout: where things lie in it.
+            chosen: numbers of k worlds.
+
+        Returns:
+            Items of each, (k, layout.items).
+        """
+        states = self._blank(layout).expand(len(chosen), -1).clone()
+        voxels = states[:, : layout.header].unflatten(1, (-1, lay.VOXEL_ITEMS))
+        seeds = self._episode_seeds(chosen)
+        numbers = np.stack(
+            [self._lifetimes[chosen], seeds & 0xFFFF, seeds >> 16, *self._ground_ends(chosen)], 1
+        )
+        own = slice(layout.header + lay.H_LIFE, layout.header + lay.H_GROUND_END + 1)
+        states[:, own] = torch.from_numpy(numbers).to(states)
+        if self._conditions is not None:
+            pulls = np.stack(
+                [self._conditions.gravity[chosen], self._conditions.friction[chosen]], 1
+            )
+            first = layout.header + lay.H_GRAVITY
+            states[:, first : first + 2] = torch.from_numpy(pulls).to(states)
+        for body, rows in self._bodies.among(chosen):
+            robots = voxels[rows]
+            self._write_robots(body, chosen[rows], seeds[rows], robots[:, : body.n_voxels])
+            if not self._bodies.alike:
+                robots[:, body.n_voxels :, : 4 * lay.BODY_ITEMS] = torch.nan  # there is no voxel
+                voxels[rows] = robots
+        return states
+
+    def _write_robots(
+        self, body: Body, chosen: np.ndarray, seeds: np.ndarray, voxels: Tensor
+    ) -> None:
+        """Writes the robots of some worlds, which are alike, into their voxels.
+
+        Args:
+            body: the robot.
+            chosen: numbers of k worlds.
+            seeds: of noise and damage in their next episode, (k,).
+            voxels: their items, (k, V, VOXEL_ITEMS).
+        """
+        squares = voxels[:, :, : 4 * lay.BODY_ITEMS].unflatten(2, (4, lay.BODY_ITEMS))
+        squares[..., :_POSE_ITEMS] = self._first_poses(body, chosen).to(voxels)
+        if self._conditions is not None:
+            springs = torch.from_numpy(self._conditions.springs(chosen, body.morphology))
+            voxels[:, :, lay.FIRMNESS : lay.ACTUATED + 1] = springs.to(voxels)
+        if self._damage is not None:
+            times = self._damage_times(self._damage, chosen, seeds, body.n_voxels)
+            voxels[:, :, lay.BREAKS : lay.MENDS + 1] = times.to(voxels)
+
+    def _ground_ends(self, chosen: np.ndarray) -> np.ndarray:
+        """Where the grounds of k worlds start and end [m], (2, k)."""
+        if self.terrains is None:
+            return np.array([[-_FAR], [_FAR]]).repeat(len(chosen), 1)
+        return np.array([self.terrains[world].xs[[0, -1]] for world in chosen]).reshape(-1, 2).T
+
+    def padding(self, layout: Layout) -> Tensor:
+        """The state of a place without a world, (layout.items,): one that is over."""
+        return self._blank(layout)
+
+    def _blank(self, layout: Layout) -> Tensor:
+        """The state of a world at rest that has no robot yet."""
+        if self._first is None or self._first[0] != layout:
+            self._first = layout, st.blank(layout, self._like)
+        return self._first[1]
+
+    def _first_poses(self, body: Body, chosen: np.ndarray) -> Tensor:
+        """Where such robots of k worlds stand: x, y, angle, cosine, sine, (k or 1, V, 4, 5)."""
+        terrains = [None] if self.terrains is None else [self.terrains[i] for i in chosen]
+        numbers = {terrain: k for k, terrain in enumerate(dict.fromkeys(terrains))}
+        table = self._poses_on(body, list(numbers))
+        if len(numbers) == 1:
+            return table
+        return table[torch.from_numpy(np.array([numbers[terrain] for terrain in terrains]))]
+
+    def _poses_on(self, body: Body, terrains: Sequence[Terrain | None]) -> Tensor:
+        """The same for robots on k different terrains, (k, V, 4, 5)."""
+        new = [terrain for terrain in terrains if (body, terrain) not in self._poses]
+        if new:
+            if len(self._poses) > 2 * len(self.seeds) + 64:  # of terrains that are gone
+                self._poses.clear()
+                new = list(terrains)
+            grounds = [terrain for terrain in new if terrain is not None]
+            poses = torch.from_numpy(st.initial_poses(body.morphology, grounds or None, len(new)))
+            angles = poses[..., 2:]
+            poses = torch.cat([poses, angles.cos(), angles.sin()], -1)
+            self._poses.update(zip(((body, each) for each in new), poses, strict=True))
+        return torch.stack([self._poses[body, terrain] for terrain in terrains])
+
+    def _episode_seeds(self, chosen: np.ndarray) -> np.ndarray:
+        """Seeds of noise and damage in the next episode of k worlds, (k,) int64 in [0, 2^32)."""
+        seeds, episodes = self.seeds[chosen], self.episodes[chosen]
+        if not episodes.any():
+            return seeds
+        later = mixed(seeds.astype(np.uint64), episodes.astype(np.uint64))
+        return np.where(episodes > 0, later, seeds)
+
+    def _damage_times(
+        self, damage: Damage, chosen: np.ndarray, seeds: np.ndarray, n_voxels: int
+    ) -> Tensor:
+        """The steps at which voxels of k worlds break and mend, (k, V, 2)."""
+        if self._mask is not None:
+            broken = self._mask[chosen]
+        else:
+            broken = np.stack([damage.sample(int(seed), n_voxels) for seed in seeds])
+        start = float(clock.steps_in(damage.time))
+        stop = clock.ENDLESS if math.isinf(damage.until) else float(clock.steps_in(damage.until))
+        times = np.where(broken[..., None], [start, stop], clock.ENDLESS)
+        return torch.from_numpy(times)
+
+
+def varied(conditions: Conditions, bodies: Bodies) -> bool:
+    """Whether gravity, friction or springs differ among worlds or voxels."""
+    return any(conditions.varied(body.morphology) for body in bodies.unlike)

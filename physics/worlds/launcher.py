@@ -1,0 +1,223 @@
+"""The tensors of a batch of worlds, and the launching of kernels on them."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from physics import backend
+from physics.engine import kernels
+from physics.engine.contacts import ground_detection
+from physics.engine.memory import layout as lay
+from physics.engine.memory import model
+from physics.engine.memory import state as st
+from physics.engine.memory.grouping import Grouping
+from physics.engine.memory.layout import Layout
+from physics.engine.memory.model import Engine
+from physics.scene import clock, material
+from physics.scene.bodies import Bodies, Body
+from physics.scene.conditions import Conditions
+from physics.scene.damage import Damage
+from physics.worlds.batch import Batch
+from physics.worlds.observations import Observed
+
+__all__ = ["Launcher", "extent"]
+
+_FIRST_STEPS = 3700  # the table of sensor windows starts with one minute
+_STRETCH = 1.3  # of a robot's diagonal, at most
+_GAP = 4  # groups that are sensed again in vain rather than in two launches
+
+
+class Launcher(Observed):
+    """N worlds in memory; what a kernel needs, and how it is launched.
+
+    Attributes:
+        bodies: the robots.
+        n_worlds, n_voxels: N, V.
+        lanes: worlds of a group.
+        control_interval: engine steps in a control step.
+        damage: when and how voxels break, if they do.
+        program: what kernels are compiled for.
+    """
+
+    bodies: Bodies
+    n_worlds: int
+    n_voxels: int
+    lanes: int
+    control_interval: int
+    damage: Damage | None
+    program: backend.Program
+    _engine: Engine
+    _conditions: Conditions
+    _grouping: Grouping
+    _batch: Batch
+    _places: Tensor | None  # of the worlds; None: in order
+    _worlds: Tensor | None  # which world lies at each place, 0 where none does
+
+    @property
+    def groups(self) -> int:
+        """Of worlds, each of as many lanes."""
+        return self._grouping.whole.count
+
+    @property
+    def places(self) -> np.ndarray:
+        """Where each world lies, counted through the lanes of all groups, (N,) int64."""
+        return self._state.place_of(np.arange(self.n_worlds))
+
+    def kernel_tensors(self, program: backend.Program) -> tuple[Tensor, ...]:
+        """What every kernel takes first: state, lists, ground, and the model's two tables."""
+        lists = backend.packed(self._state.lists, self.lanes)
+        items = program.packed(self._state.items)
+        return items, lists, self._batch.profiles, self._integers, self._numbers
+
+    def _allocate(self) -> None:
+        """Makes the model, and a state for it."""
+        self._build(_FIRST_STEPS)
+        groups = self._grouping.whole.count
+        self._state = st.allocate(
+            self._model.layout,
+            self.n_worlds,
+            groups,
+            self.lanes,
+            self.dtype,
+            self.device,
+            self._places,
+        )
+        self._worlds = None
+        if self._places is not None:
+            self._worlds = torch.zeros_like(self._places).new_zeros(groups * self.lanes)
+            self._worlds[self._places] = torch.arange(self.n_worlds, device=self.device)
+
+    @torch.inference_mode(False)
+    def _build(self, max_steps: int) -> None:
+        """Makes the model and its tables."""
+        models: list[model.Model] = []
+        for _ in range(1 if self.bodies.alike else 2):  # the second time there is room for all
+            rooms = [each.layout for each in models]
+            room = functools.reduce(Layout.union, rooms) if rooms else None
+            models = [self._model_of(body, max_steps, room) for body in self.bodies.unlike]
+        self._model = (
+            models[0] if self.bodies.alike else model.joined(models, self._grouping.robots)
+        )
+        self._integers = torch.from_numpy(self._model.integers).to(self.device)
+        self._numbers = torch.from_numpy(self._model.numbers).to(self.device, self.dtype)
+
+    def _model_of(self, body: Body, max_steps: int, room: Layout | None) -> model.Model:
+        """The model of one of the robots, in a layout with room for others."""
+        return model.build(
+            body.morphology,
+            body.apparatus,
+            self._engine,
+            self._conditions,
+            self._batch.segments,
+            extent(body),
+            self.damage.mode if self.damage else "rest",
+            max_steps,
+            self.lanes,
+            room,
+        )
+
+    def _widen(self) -> None:
+        """Makes the terrain window as wide as the batch needs it by now."""
+        self._build(self._model.max_steps)
+        self._state = st.widened(self._state, self._model.layout)
+
+    def _reserve(self, steps: int) -> None:
+        """Makes the table of sensor windows long enough for ``steps`` more.
+
+        Raises:
+            ValueError: worlds cannot count so far.
+        """
+        if self._steps + steps > clock.ENDLESS:
+            raise ValueError(
+                f"steps: expected at most {int(clock.ENDLESS) - self._steps} more, since a world "
+                f"counts 2^24 steps (77 hours) after a reset, got {steps}; reset the worlds"
+            )
+        if self._steps + steps > self._model.max_steps:
+            self._build(max(2 * self._model.max_steps, self._steps + steps))
+
+    def _begin(self, chosen: np.ndarray) -> None:
+        """Puts some worlds at the start of an episode."""
+        states = self._batch.first_states(self._model.layout, chosen)
+        if len(chosen) == self.n_worlds:
+            st.fill(self._state, states, self._batch.padding(self._model.layout))
+        else:
+            st.replace(self._state, chosen, states)
+
+    def _look(self, chosen: np.ndarray | None = None) -> Tensor | None:
+        """Contacts and readings of the present poses, which have just been changed.
+
+        Args:
+            chosen: numbers of the worlds whose poses have changed; None: of all.
+
+        Returns:
+            Readings of all worlds.
+        """
+        self._center = None
+        self._steps = int(self._state.header(lay.H_STEP).max())
+        whole = self._grouping.whole
+        if chosen is None or len(chosen) == self.n_worlds:
+            readings, ranges = self._readings(), iter([(0, whole.count)])
+        else:
+            groups = np.unique(self._state.place_of(chosen) // self.lanes)
+            readings, ranges = self._last_readings(), _ranges(groups)
+        actions = readings.new_empty(1, self.n_worlds, self.n_voxels)  # not read
+        tensors = *self.kernel_tensors(whole.program), actions, readings
+        for first, count in ranges:
+            kernel = kernels.play(whole.program)
+            kernel(*tensors, -1, 0, first, count, min(count, whole.chunks))
+        return self._given(readings)
+
+    def _play(self, actions: Tensor, readings: Tensor, begin: int, end: int) -> None:
+        """Runs the kernel for given actuations on all worlds."""
+        self._center = None
+        if self._worlds is not None:
+            actions = actions[:, self._worlds]
+        for part in self._grouping.parts_for(end - begin):
+            tensors = *self.kernel_tensors(part.program), actions, readings
+            kernel = kernels.play(part.program)
+            kernel(*tensors, begin, end, part.first, part.count, part.chunks)
+
+    def _readings(self) -> Tensor:
+        """Room for readings, which kernels fill if worlds lie in order."""
+        if self._places is not None:
+            return torch.empty(1, max(1, self.n_readings), dtype=self.dtype, device=self.device)
+        return torch.empty(
+            self.n_worlds, max(1, self.n_readings), dtype=self.dtype, device=self.device
+        )
+
+    def _last_readings(self) -> Tensor:
+        """A copy of the readings, and room where there are none."""
+        if self._places is not None or not self.n_readings:
+            return self._readings()
+        return self.readings().clone()
+
+    def _given(self, readings: Tensor) -> Tensor | None:
+        """What callers get: the readings that kernels filled, or those of the state."""
+        if not self.n_readings:
+            return None
+        return readings if self._places is None else self.readings()
+
+    def _squares(self) -> dict[str, Any]:
+        """Sizes of a table of squares."""
+        return {"worlds": self.n_worlds, "voxels": self.n_voxels, "squares": 4, "numbers": 3}
+
+
+def extent(body: Body) -> float:
+    """Width of ground that a robot may need at once, whatever its posture [m]."""
+    shape = body.morphology
+    size = material.VOXEL_SIDE * math.hypot(shape.width, shape.height)
+    return _STRETCH * size + 2 * (model.reach(body.apparatus) + ground_detection.MARGIN)
+
+
+def _ranges(groups: np.ndarray) -> Iterator[tuple[int, int]]:
+    """First and count of ranges that hold some groups, given in order, and few others."""
+    breaks = np.flatnonzero(np.diff(groups) > _GAP) + 1
+    for part in np.split(groups, breaks):
+        yield int(part[0]), int(part[-1] - part[0] + 1)
