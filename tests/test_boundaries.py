@@ -32,7 +32,7 @@ EXPERIMENTS = {
     "rollout": "config",
     "runs": "config io",
     "analysis": "config io rollout runs",
-    "validate": "io rollout",
+    "validate": "analysis io rollout",
     "evolution": "analysis config io rollout runs",
     "report": "analysis config io runs",
     "campaign": "analysis config evolution io report rollout runs",

@@ -65,8 +65,9 @@ def _app(chosen: str) -> SubcommandApp:
 
 
 _Folder = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
-_Report = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|ROOT")]
-_Roots = Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="ROOT [ROOT ...]")]
+_Film = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|FILE")]
+_Report = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|ROOT|FILE")]
+_Roots = Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="ROOT|FILE [...]")]
 _Root = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="ROOT")]
 _Studies = Annotated[
     tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="[STUDY [STUDY ...]]")
@@ -169,8 +170,57 @@ def freeze(
 
 
 @_command
-def render(
+def record(
     folder: _Folder,
+    out: Path,
+    run: int | None = None,
+    start: float = 0.0,
+    seconds: float | None = None,
+    every: int = 1,
+    weights_every: float = 0.5,
+    seed: int = 0,
+) -> None:
+    """Record an episode of a run's champion into one file, for render, figures, report, validate.
+
+    The file holds poses, actuation, contacts, readings, rewards, activations and weights;
+    docs/howto/trajectories.md says how.
+
+    For example:
+        hebbtorch record runs/first --out walk.safetensors
+        hebbtorch record runs/first --out walk.safetensors --start 20 --seconds 8 --every 2
+
+    Args:
+        folder: Folder of the run.
+        out: File to write, ending in .safetensors; it is replaced.
+        run: Which one, if the folder has several; by default that of the best champion.
+        start: Beginning of the recording [s].
+        seconds: Length of the recording [s]; by default all of the episode.
+        every: Control steps between two recorded instants.
+        weights_every: Seconds between two recordings of the weights.
+        seed: Decides terrain, sensor noise and damage of the episode.
+    """
+    from experiments.analysis import trajectory_file
+    from experiments.analysis.film import chosen_run
+    from experiments.analysis.trajectory import record as record_course
+    from experiments.runs.champions import Champions
+
+    _one_thread()
+    trajectory_file.check_path(out)
+    if every < 1:
+        raise ValueError(f"every: expected an integer >= 1, got {every}")
+    champions = Champions.load(folder)
+    genome = champions.genomes[chosen_run(champions, folder, run)]
+    course = record_course(
+        champions.config, genome, seed=seed, start=start, seconds=seconds, every=every,
+        weights_every=weights_every,
+    )  # fmt: skip
+    trajectory_file.save(course, out)
+    print(f"wrote {out}: {len(course.times)} instants, {course.speed:.2f} m/s")
+
+
+@_command
+def render(
+    folder: _Film,
     look: FilmOptions,
     run: int | None = None,
     start: float | None = None,
@@ -184,10 +234,11 @@ def render(
     For example:
         hebbtorch render runs/first
         hebbtorch render runs/first --start 0 --seconds 60 --gif no
+        hebbtorch render walk.safetensors
         hebbtorch render runs/first --beside damaged frozen --stills png pdf
 
     Args:
-        folder: Folder of the run.
+        folder: Folder of the run, or a file that `record` wrote.
         look: How films and stills look.
         run: Which one, if the folder has several; by default that of the best champion.
         start: Beginning of the film [s]; by default after the robot has learned to walk.
@@ -224,6 +275,7 @@ def validate(
     json: Path | None = None,
     out: Path | None = None,
     seed: int = 0,
+    trajectory: tuple[Path, ...] = (),
 ) -> None:
     """Compare the simulator with recorded runs; exit code 1 if any case fails.
 
@@ -236,11 +288,12 @@ def validate(
         json: File for the table in JSON.
         out: Folder for pictures of recorded runs and ours; by default none are drawn.
         seed: Decides the motions in the cases that need no recorded run.
+        trajectory: Files that `record` wrote: replay their actuation, and only that.
     """
     from experiments.validate import validate as run_validation
 
     _one_thread()
-    sys.exit(run_validation(reference, json, out, seed=seed))
+    sys.exit(run_validation(reference, json, out, seed=seed, trajectories_of=trajectory))
 
 
 @_command
@@ -312,7 +365,7 @@ def report(folder: _Report, seed: int = 0, out: Path | None = None) -> None:
         hebbtorch report runs/paper --out paper.html
 
     Args:
-        folder: Folder of a finished run or of a campaign.
+        folder: Folder of a finished run or of a campaign, or a file that `record` wrote.
         seed: Decides terrain, sensor noise and damage of the episodes shown.
         out: HTML file; by default report.html in the folder.
     """
@@ -395,7 +448,8 @@ def figures(roots: _Roots, seed: int = 0, out: Path | None = None) -> None:
         hebbtorch figures runs/a runs/b --out figures
 
     Args:
-        roots: Folder of a campaign, packed or not, or any folders with finished runs below them.
+        roots: Folder of a campaign, packed or not, or any folders with finished runs below them; or
+            files that `record` wrote, each of which gets a figure.
         seed: Decides the resampling behind the bootstrap intervals.
         out: Folder for the files; by default `figures` in the first folder.
     """

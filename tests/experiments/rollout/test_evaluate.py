@@ -186,3 +186,52 @@ def test_wrong_arguments_of_fitness_are_named(
     given = genomes(tiny)[0] if shape is None else torch.zeros(shape)
     with pytest.raises(ValueError, match=f"{message}.* got"):
         fitness(tiny)(given, generation)
+
+
+@pytest.mark.parametrize("loop", ["fused", "torch"])
+def test_every_genome_may_have_a_body_of_its_own(tiny: EvolveConfig, loop: str) -> None:
+    """In one batch, with the values of each body's own batch, bit for bit."""
+    names = ["worm-2x1", "worm-3x1", "worm-2x1"]
+    bodies = [Morphology.from_name(name) for name in names]
+    config = replace(tiny, loop=loop, init="uniform", damage="half")
+    evaluate = fitness(config, bodies)
+    draws = torch.Generator().manual_seed(0)
+    own = [torch.randn(count, generator=draws) for count in evaluate.n_genes]
+    values = evaluate(own, 2)
+    for b, body in enumerate(bodies):
+        alone = fitness(config, body)
+        assert evaluate.n_genes[b] == alone.n_genes
+        assert alone(own[b].expand(3, -1), 2)[b] == values[b]
+
+
+def test_genomes_that_do_not_fit_their_bodies_are_told(tiny: EvolveConfig) -> None:
+    bodies = [Morphology.from_name(name) for name in ("worm-2x1", "worm-3x1")]
+    evaluate = fitness(tiny, bodies)
+    own = [torch.zeros(count) for count in evaluate.n_genes]
+    with pytest.raises(ValueError, match="genomes: expected 2, one for each body, got 3"):
+        evaluate([*own, own[0]], 1)
+    with pytest.raises(ValueError, match="genomes: expected .* genes for body 0, got shape"):
+        evaluate(own[::-1], 1)
+
+
+def test_teams_can_be_frozen_and_looked_at(tiny: EvolveConfig) -> None:
+    """Weights of every robot's networks, in the kernel and in torch."""
+    bodies = [Morphology.from_name(name) for name in ("worm-2x1", "worm-3x1", "worm-2x1")]
+    weights = {}
+    for loop in ("fused", "torch"):
+        config = replace(tiny, loop=loop, noise=0.0)
+        counts = fitness(config, bodies).n_genes
+        own = [torch.linspace(-1, 1, count) for count in counts]
+        episode = start_episode(
+            config, own, Scenarios.training("flat", [(0, 1, b) for b in range(3)]), shape=bodies
+        )
+        episode.run(5)
+        episode.freeze()
+        frozen = episode.state()
+        episode.run(5)
+        assert all(map(torch.equal, frozen.weights, episode.state().weights))
+        weights[loop] = frozen.weights
+    assert len(weights["fused"]) == 4
+    for ours, theirs in zip(weights["fused"], weights["torch"], strict=True):
+        assert ours.shape == theirs.shape
+        assert torch.allclose(ours, theirs, atol=1e-4)
