@@ -300,7 +300,7 @@ class Recorder:
         columns = [self._of_world(each)[:v] for each in voxels]
         columns.append(self._of_world(sim.readings())[: body.apparatus.n_readings])
         speed = (center - start) / max(time - before, 1e-9)
-        columns.append(np.float64(speed if reward is None else reward))
+        columns.append(np.array(speed if reward is None else reward, dtype=np.float64))
         self.times.append(time)
         self._columns.append(tuple(columns))
         if activations := getattr(loop, "activations", None):

@@ -23,6 +23,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -112,7 +113,7 @@ def _side_by_side(layers: tuple[np.ndarray, ...], rows: int) -> np.ndarray:
     return np.concatenate([layer.reshape(rows, -1) for layer in layers], 1)
 
 
-def _apart(table: np.ndarray, shapes: list[tuple[int, ...]]) -> tuple[np.ndarray, ...]:
+def _apart(table: np.ndarray, shapes: Sequence[tuple[int, ...]]) -> tuple[np.ndarray, ...]:
     """Undoes `_side_by_side`."""
     ends = np.cumsum([int(np.prod(shape)) for shape in shapes])
     parts = np.split(table, ends[:-1], axis=1) if shapes else []
