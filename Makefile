@@ -11,6 +11,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
+# Side by side in as many processes as there are cores, at most four; a file's tests stay together.
+PYTEST := $(BIN)/python -m pytest -n logical --maxprocesses 4 --dist loadfile
+
 # The first of these that is a Python 3.11-3.13 with venv.
 CANDIDATES := python3.11 python3.12 python3.13 python3 python
 PYTHON ?= $(shell for p in $(CANDIDATES); do $$p -c \
@@ -27,10 +30,10 @@ run: $(STAMP)
 		--population 40 --generations 60 --out $(OUT)
 
 test: $(STAMP)
-	$(BIN)/python -m pytest -m "not slow and not long"
+	$(PYTEST) -m "not slow and not long"
 
 test-slow: $(STAMP)
-	$(BIN)/python -m pytest -m slow
+	$(PYTEST) -m slow
 
 test-long: $(STAMP)
 	$(BIN)/python -m pytest -m long

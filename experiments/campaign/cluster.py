@@ -17,6 +17,7 @@ from typing import Any
 import ray
 from ray import tune
 from ray._private import ray_constants
+from ray.tune.experiment import Trial
 
 from experiments.campaign.grid import Condition
 from experiments.campaign.runner import Campaign
@@ -26,7 +27,7 @@ from experiments.io import terminal
 __all__ = ["connect", "run_on_ray"]
 
 _RETRIES = 2  # of a condition whose worker is lost
-_FORMAT = "2"  # of what a trial is told
+_FORMAT = "3"  # of what a trial is told, and of how Ray treats it
 
 
 def run_on_ray(campaign: Campaign, gpus: float) -> None:
@@ -81,7 +82,8 @@ def _run_trials(campaign: Campaign, todo: Sequence[Condition], gpus: float) -> d
                 name=experiment.name,
                 storage_path=str(experiment.parent),
                 failure_config=tune.FailureConfig(max_failures=_RETRIES),
-                callbacks=[_Told(len(todo))],
+                checkpoint_config=tune.CheckpointConfig(checkpoint_at_end=False),
+                callbacks=[_Progress(len(campaign.conditions), campaign.finished)],
                 verbose=0,
             ),
         )
@@ -94,17 +96,22 @@ def _run_trials(campaign: Campaign, todo: Sequence[Condition], gpus: float) -> d
     }
 
 
-class _Told(tune.Callback):
-    """Tells which conditions are finished."""
+class _Progress(tune.Callback):
+    """Tells which conditions are finished.
 
-    def __init__(self, trials: int) -> None:
-        self._trials = trials
-        self._finished = 0
+    Ray keeps it as it was made, for when the campaign goes on: what was finished since then, the
+    trials tell.
+    """
+
+    def __init__(self, conditions: int, finished: Sequence[str]) -> None:
+        self._conditions = conditions
+        self._finished = set(finished)
 
     def on_trial_complete(self, iteration: int, trials: list[Any], trial: Any, **info: Any) -> None:
-        """Called by Ray."""
-        self._finished += 1
-        terminal.say(f"[{self._finished}/{self._trials}] {_name(trial)} finished")
+        """Called by Ray, while the trial's own status is still that of a running one."""
+        self._finished |= {_name(each) for each in trials if each.status == Trial.TERMINATED}
+        self._finished.add(_name(trial))
+        terminal.say(f"[{len(self._finished)}/{self._conditions}] {_name(trial)} finished")
 
 
 def _storage(campaign: Campaign) -> Path:

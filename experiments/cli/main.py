@@ -22,6 +22,7 @@ from tyro.extras import SubcommandApp
 from experiments.analysis.film_options import FilmOptions
 from experiments.campaign.options import CampaignOptions
 from experiments.cli import process
+from experiments.cli.evolve_options import GroupedOptions, flat
 from experiments.config import EvolveConfig
 from experiments.io import terminal
 
@@ -76,7 +77,7 @@ _Studies = Annotated[
 
 @_command
 def evolve(
-    config: Annotated[EvolveConfig, tyro.conf.arg(name="")],
+    options: Annotated[GroupedOptions, tyro.conf.arg(name="")],
     out: Path | None = None,
     resume: Path | None = None,
 ) -> None:
@@ -88,7 +89,7 @@ def evolve(
         hebbtorch evolve --resume runs/first
 
     Args:
-        config: the options.
+        options: of the evolution, by their groups.
         out: New folder for the run; by default, a free name in runs/.
         resume: Folder of a run to go on with, exactly; its options are those it has. With
             --generations beside it, the run gets that length.
@@ -96,6 +97,7 @@ def evolve(
     from experiments.evolution import launch
 
     _one_thread()
+    config = flat(options)
     if resume is None:
         launch.evolve(config, out or _free_folder(config))
         return

@@ -32,19 +32,20 @@ class EvolveConfig:
     Options that make another condition stand in the order in which they make its name.
     """
 
-    shape: str = option("biped-4x3", "axis")
+    shape: str = option("biped-4x3", "axis", group="robot")
     """Robot: biped-WxH, worm-WxH, box-WxH, tripod-WxH, comb-WxH, T-WxH or ball-D."""
 
-    sensors: str = option("low", "axis")
+    sensors: str = option("low", "axis", group="robot")
     """Sensory apparatus: low, medium or high."""
 
-    controller: Literal["hebbian", "mlp", "rnn"] = option("hebbian", "axis")
+    controller: Literal["hebbian", "mlp", "rnn"] = option("hebbian", "axis", group="controller")
     """Plastic network whose rules evolve, or static network whose weights evolve: feed-forward, or
     recurrent with at most as many genes as the plastic one has ("rnn", Elman's)."""
 
     sharing: str = option(
         "full",
         "variant",
+        group="controller",
         label={
             "grouped": "sensors",
             "presynaptic": "pre-synaptic",
@@ -57,12 +58,13 @@ class EvolveConfig:
     a neuron), postsynaptic (those that leave it), grouped (those of one kind of sensor) or neuron
     (genes belong to neurons, and a synapse combines those of its two)."""
 
-    rule: str = option("abcd", "variant", controllers=_PLASTIC)
+    rule: str = option("abcd", "variant", group="plasticity", controllers=_PLASTIC)
     """Learning rule: abcd (the paper's), hebb, oja, bcm or differential."""
 
     normalize: str | None = option(
         None,
         "variant",
+        group="plasticity",
         suffix=lambda value: "normalized" if value == "l2" else f"normalized-{value}",
         label={"l2": "normalized", "minmax": "min-max", "max": "over the greatest"},
         controllers=_PLASTIC,
@@ -74,6 +76,7 @@ class EvolveConfig:
     average: int = option(
         1,
         "variant",
+        group="plasticity",
         suffix=lambda value: f"average-{value}",
         label=lambda value: f"means over {value} steps",
         controllers=_PLASTIC,
@@ -83,6 +86,7 @@ class EvolveConfig:
     every: int = option(
         1,
         "variant",
+        group="plasticity",
         suffix=lambda value: f"every-{value}",
         label=lambda value: f"updates every {value} steps",
         controllers=_PLASTIC,
@@ -92,6 +96,7 @@ class EvolveConfig:
     decay: float = option(
         0.0,
         "variant",
+        group="plasticity",
         suffix=lambda value: f"decay-{float(value):g}",
         label=lambda value: f"decay {value:g}",
         controllers=_PLASTIC,
@@ -101,6 +106,7 @@ class EvolveConfig:
     clip: float = option(
         0.0,
         "variant",
+        group="plasticity",
         suffix=lambda value: f"clip-{float(value):g}",
         label=lambda value: f"clipped at {value:g}",
         controllers=_PLASTIC,
@@ -110,6 +116,7 @@ class EvolveConfig:
     eta: float | Literal["evolved"] = option(
         0.01,
         "variant",
+        group="plasticity",
         suffix=lambda value: f"eta-{value}",
         label=lambda value: "η evolved" if value == "evolved" else f"η = {value}",
         controllers=_PLASTIC,
@@ -119,6 +126,7 @@ class EvolveConfig:
     init: str = option(
         "zeros",
         "variant",
+        group="plasticity",
         suffix=lambda value: f"init-{value}",
         label={"uniform": "U(-1, 1)"},
         controllers=_PLASTIC,
@@ -129,18 +137,22 @@ class EvolveConfig:
     fixed: bool = option(
         False,
         "variant",
+        group="plasticity",
         suffix=lambda _: "fixed",
         label=lambda _: "fixed and plastic",
         controllers=_PLASTIC,
     )
     """Weights that are not plastic are added: fixed + alpha * plastic, fixed and alpha evolve."""
 
-    damage: Literal["none", "half"] = option("none", "axis", suffix=lambda value: f"damage-{value}")
+    damage: Literal["none", "half"] = option(
+        "none", "axis", group="robot", suffix=lambda value: f"damage-{value}"
+    )
     """"half": each voxel breaks with probability 0.5 at half of the episode."""
 
     exchange_bc: bool = option(
         False,
         "variant",
+        group="plasticity",
         suffix=lambda _: "bc-exchanged",
         label=lambda _: "B and C exchanged",
         controllers=_PLASTIC,
@@ -150,6 +162,7 @@ class EvolveConfig:
     constant_last_input: bool = option(
         False,
         "variant",
+        group="controller",
         suffix=lambda _: "constant-input",
         label=lambda _: "last input constant",
         controllers=_PLASTIC,
@@ -159,18 +172,22 @@ class EvolveConfig:
     gain: float = option(
         1.0,
         "variant",
+        group="controller",
         suffix=lambda value: f"gain-{float(value):g}",
         label=lambda value: f"gain {value:g}",
         controllers=_STATIC,
     )
     """Of a static network: the factor on every gene where it becomes a weight."""
 
-    bias: bool = option(False, "variant", suffix=lambda _: "bias", label=lambda _: "biases")
+    bias: bool = option(
+        False, "variant", group="controller", suffix=lambda _: "bias", label=lambda _: "biases"
+    )
     """Every neuron but the inputs has a bias, a gene of its own, which is not plastic."""
 
     input_activation: Literal["identity", "tanh"] = option(
         "identity",
         "variant",
+        group="controller",
         suffix=lambda value: f"inputs-{value}",
         label=lambda value: f"{value} on inputs",
         controllers=_STATIC,
@@ -180,6 +197,7 @@ class EvolveConfig:
     terms: str = option(
         "ABCD",
         "variant",
+        group="plasticity",
         suffix=lambda value: f"without-{_left_out(value)}",
         label=lambda value: f"without {_left_out(value)}",
         controllers=_PLASTIC,
@@ -189,19 +207,23 @@ class EvolveConfig:
     terrain: str = option(
         "hilly-3-30",
         "variant",
+        group="world",
         suffix=lambda value: f"terrain-{value}",
         label=lambda value: f"terrain {value}",
     )
     """Ground. Without a seed, every evaluation gets a terrain of its own; with one
     ("hilly-3-30-7"), all share it. Also flat, steppy-H-W, uphill-A, downhill-A."""
 
-    optimizer: Literal["es", "cma", "sep-cma"] = option("es", "variant", label=lambda v: v.upper())
+    optimizer: Literal["es", "cma", "sep-cma"] = option(
+        "es", "variant", group="evolution", label=lambda v: v.upper()
+    )
     """Evolution strategy: es (the paper's Algorithm 1), or pycma's CMA-ES with a full covariance
     matrix (cma) or its diagonal (sep-cma), which start around zero with step size --sigma."""
 
     sigma: float = option(
         0.35,
         "variant",
+        group="evolution",
         suffix=lambda value: f"sigma-{float(value)}",
         label=lambda value: f"sigma {value}",
     )
@@ -210,6 +232,7 @@ class EvolveConfig:
     noise: float = option(
         0.01,
         "variant",
+        group="robot",
         suffix=lambda value: f"noise-{float(value)}",
         label=lambda value: f"noise {value}",
     )
@@ -218,6 +241,7 @@ class EvolveConfig:
     control_interval: int = option(
         1,
         "variant",
+        group="controller",
         suffix=lambda value: f"interval-{value}",
         label=lambda value: f"every {value} steps",
     )
@@ -226,6 +250,7 @@ class EvolveConfig:
     control_delay: int = option(
         0,
         "variant",
+        group="controller",
         suffix=lambda value: f"delay-{value}",
         label=lambda value: f"delay of {value} steps",
     )
@@ -234,6 +259,7 @@ class EvolveConfig:
     actuation_cutoff: float | None = option(
         None,
         "variant",
+        group="controller",
         suffix=lambda value: f"cutoff-{value}",
         label=lambda value: f"cut-off {value} Hz",
     )
@@ -242,6 +268,7 @@ class EvolveConfig:
     gravity: float = option(
         9.8,
         "variant",
+        group="world",
         suffix=lambda value: f"gravity-{value}",
         label=lambda value: f"gravity {value}",
     )
@@ -250,6 +277,7 @@ class EvolveConfig:
     friction: float | None = option(
         None,
         "variant",
+        group="world",
         suffix=lambda value: f"friction-{value}",
         label=lambda value: f"friction {value}",
     )
@@ -258,6 +286,7 @@ class EvolveConfig:
     spring_frequency: float = option(
         8.0,
         "variant",
+        group="world",
         suffix=lambda value: f"springs-{value}",
         label=lambda value: f"springs of {value} Hz",
     )
@@ -266,6 +295,7 @@ class EvolveConfig:
     spring_damping: float = option(
         0.3,
         "variant",
+        group="world",
         suffix=lambda value: f"damping-{value}",
         label=lambda value: f"damping {value}",
     )
@@ -274,6 +304,7 @@ class EvolveConfig:
     damage_mode: Literal["rest", "frozen", "random", "blind"] = option(
         "rest",
         "variant",
+        group="robot",
         suffix=str,
         label=str,
     )
@@ -283,33 +314,34 @@ class EvolveConfig:
     damage_probability: float = option(
         0.5,
         "variant",
+        group="robot",
         suffix=lambda value: f"broken-{value}",
         label=lambda value: f"{value} of the voxels",
     )
     """Probability of each voxel to break."""
 
-    generations: int = option(500, "scale")
+    generations: int = option(500, "scale", group="evolution")
     """Populations to evaluate."""
 
-    population: int = option(40, "scale")
+    population: int = option(40, "scale", group="evolution")
     """Individuals per generation."""
 
-    duration: float = option(60.0, "scale")
+    duration: float = option(60.0, "scale", group="world")
     """Length of an episode [s]."""
 
-    runs: int = option(1, "sample")
+    runs: int = option(1, "sample", group="evolution")
     """Independent runs to evolve side by side; run r is the run that --seed SEED+r alone gives."""
 
-    seed: int = option(0, "sample")
+    seed: int = option(0, "sample", group="evolution")
     """Everything random follows from it."""
 
-    device: str = option("cpu", "machine")
+    device: str = option("cpu", "machine", group="computation")
     """Where to compute: cpu, or cuda where PyTorch finds a GPU."""
 
-    threads: int | None = option(None, "machine")
+    threads: int | None = option(None, "machine", group="computation")
     """Threads of the simulator; all cores if not given. No influence on the result."""
 
-    loop: Literal["auto", "fused", "torch"] = option("auto", "machine")
+    loop: Literal["auto", "fused", "torch"] = option("auto", "machine", group="computation")
     """Control loop: network and physics in one kernel ("fused"), step by step through PyTorch
     ("torch"), or fused where it can be ("auto")."""
 

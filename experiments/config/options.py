@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-__all__ = ["Option", "Role", "option", "options_of"]
+__all__ = ["Group", "Option", "Role", "option", "options_of"]
 
 Role = Literal["axis", "variant", "scale", "sample", "machine"]
 """What an option is about:
@@ -23,6 +23,9 @@ Role = Literal["axis", "variant", "scale", "sample", "machine"]
 - "machine": how they are computed, which changes no result.
 """
 
+Group = Literal["robot", "controller", "plasticity", "world", "evolution", "computation"]
+"""The headings under which the command line lists options."""
+
 _KEY = "option"
 
 
@@ -32,12 +35,14 @@ class Option:
 
     Attributes:
         role: See `Role`.
+        group: See `Group`.
         suffix: What a value other than the default adds to the name of a condition's folder.
         label: What it is called in legends and tables.
         controllers: The controllers that have this option; empty: all.
     """
 
     role: Role
+    group: Group
     suffix: Callable[[Any], str] = str
     label: Callable[[Any], str] = str
     controllers: tuple[str, ...] = ()
@@ -47,6 +52,7 @@ def option(
     default: Any,
     role: Role,
     *,
+    group: Group,
     suffix: Callable[[Any], str] = str,
     label: Callable[[Any], str] | Mapping[Any, str] = str,
     controllers: tuple[str, ...] = (),
@@ -56,13 +62,14 @@ def option(
     Args:
         default: The paper's value.
         role: See `Role`.
+        group: See `Group`.
         suffix: As in `Option`.
         label: As in `Option`, or the names of some values; others are called as they are written.
         controllers: As in `Option`.
     """
     names = label
     call = names if callable(names) else lambda value: names.get(value, str(value))
-    what = Option(role, suffix, call, controllers)
+    what = Option(role, group, suffix, call, controllers)
     return dataclasses.field(default=default, metadata={_KEY: what})
 
 

@@ -8,6 +8,7 @@ import torch
 from torch import Tensor
 
 from experiments.analysis.measures import DIVERGED
+from hebbtorch.measures import weight_measures
 
 __all__ = ["measure"]
 
@@ -44,11 +45,11 @@ def _plasticity(weights: Sequence[Tensor]) -> dict[str, float]:
     """Sizes of the weights at the end, over all individuals."""
     if not weights:
         return {}
-    sizes = [layer.abs() for layer in weights]
-    values = {"plasticity/diverged": _diverged(torch.cat(sizes, 1))}
-    for k, layer in enumerate(sizes):
-        values[f"plasticity/weight_mean_abs/layer{k}"] = layer.mean().item()
-        values[f"plasticity/weight_max_abs/layer{k}"] = layer.max().item()
+    values = {"plasticity/diverged": _diverged(torch.cat([layer.abs() for layer in weights], 1))}
+    for k, layer in enumerate(weights):
+        sizes = weight_measures(layer.unsqueeze(-2))
+        values[f"plasticity/weight_mean_abs/layer{k}"] = sizes["weight_mean_abs"].mean().item()
+        values[f"plasticity/weight_max_abs/layer{k}"] = sizes["weight_max_abs"].max().item()
     return values
 
 

@@ -35,8 +35,14 @@ class TorchLoop:
             sim.n_worlds, sim.n_voxels, dtype=sim.dtype, device=sim.device
         )
 
-    def run(self, sim: Simulator, steps: int) -> None:
-        """Act, sense and compute the next actuation, for some control steps."""
+    def run(self, sim: Simulator, steps: int, monitor: hebbtorch.Monitor | None = None) -> None:
+        """Act, sense and compute the next actuation, for some control steps.
+
+        Args:
+            sim: The worlds.
+            steps: How many.
+            monitor: Of this network; nothing to do here, for its hooks see every step.
+        """
         for _ in range(steps):
             readings = sim.step(self._actuation)
             assert readings is not None, "a controller needs readings"

@@ -90,13 +90,18 @@ class Episode:
         self._first: tuple[Tensor, float] | None = None
 
     @torch.no_grad()
-    def run(self, steps: int) -> None:
-        """Go on for some control steps."""
+    def run(self, steps: int, monitor: hebbtorch.Monitor | None = None) -> None:
+        """Go on for some control steps.
+
+        Args:
+            steps: How many.
+            monitor: Of the network, to be filled.
+        """
         if self._first is None and steps > 0:
-            self.loop.run(self.sim, 1)
+            self.loop.run(self.sim, 1, monitor)
             self._first = self._center(), self.sim.time
             self.steps_done, steps = 1, steps - 1
-        self.loop.run(self.sim, steps)
+        self.loop.run(self.sim, steps, monitor)
         self.steps_done += steps
 
     def freeze(self) -> None:

@@ -20,7 +20,12 @@ import pytest
 from experiments.campaign.launch import run_campaign
 from experiments.campaign.options import CampaignOptions
 from experiments.campaign.study import read_study
-from tests.experiments.campaign.test_campaign_cluster import NAMES, SCALE, results
+from tests.experiments.campaign.test_campaign_cluster import (
+    NAMES,
+    SCALE,
+    finished_conditions,
+    results,
+)
 from tests.experiments.held import held, lines, wait_for_lock
 
 pytest.importorskip("ray")
@@ -131,7 +136,10 @@ def test_a_condition_goes_on_elsewhere_when_its_node_is_lost(
             kill(lost)
             wait_for_lock(folder)
             assert len(lines(folder)) == 1 + 2 * 2
-            _, err = driver.communicate()
+            out, err = driver.communicate()
     assert driver.returncode == 0, err
+    told = finished_conditions(out)
+    assert list(told) == ["[1/2]", "[2/2]"]
+    assert sorted(told.values()) == sorted(NAMES)
     for name in NAMES:
         assert results(shared / "root", name) == results(expected, name)
