@@ -18,6 +18,7 @@ from physics.scene import clock, material
 from physics.scene.bodies import Bodies, Body
 from physics.scene.conditions import Conditions
 from physics.scene.damage import Damage
+from physics.scene.damage import of_worlds as damages_of_worlds
 from physics.scene.morphology import Morphology
 from physics.scene.sensors import Apparatus
 from physics.scene.terrain import Terrain
@@ -48,7 +49,7 @@ class Simulator(Handled):
         dtype: torch.dtype = torch.float32,
         device: str | torch.device = "cpu",
         seed: int | Sequence[int] = 0,
-        damage: Damage | None = None,
+        damage: Damage | Sequence[Damage | None] | None = None,
         lifetime: float | Sequence[float] | None = None,
         engine: Engine | None = None,
         friction: float | Sequence[float] | None = None,
@@ -80,7 +81,8 @@ class Simulator(Handled):
                 simulates on one of them.
             seed: of noise and damage: an integer, from which every world's seed is derived, or
                 N integers, one per world.
-            damage: when and how voxels break.
+            damage: when and how voxels break; one for all worlds, or N of them or None, which have
+                the same mode.
             lifetime: [s], one for all or N of them; a world that reaches it stands still.
             engine: settings of the solver.
             friction: coefficient between a square and the ground, as `Engine.friction`; one for all
@@ -105,7 +107,8 @@ class Simulator(Handled):
         self.n_readings = self.bodies.n_readings
         self.dtype = dtype
         self.device = checks.device(device)
-        self.damage = checks.instance("damage", damage, Damage)
+        damages = damages_of_worlds(damage, self.n_worlds)
+        self.damage = next((each for each in damages or () if each is not None), None)
         self._engine = checks.instance("engine", engine, Engine) or Engine()
         checks.require_memory("n_worlds", self.n_worlds, self._bytes_per_world())
         self._conditions = Conditions.of(
@@ -144,7 +147,7 @@ class Simulator(Handled):
             max(extent(body) for body in self.bodies.unlike),
             seeds,
             lifetimes,
-            self.damage,
+            damages,
             self._conditions,
             places,
             self._grouping.whole.count * lanes,

@@ -47,7 +47,7 @@ INSIDE = {
     "physics.checks": {"bench", "config"},
     "physics.backend": {"bench", "rollout"},
     "physics.engine": {"bench", "rollout"},
-    "physics.envs": {"bench"},
+    "physics.envs": {"bench", "soak"},
     "physics.render": {"analysis", "evolution", "report", "runs"},
     "physics.scene": {"config", "soak", "validate"},
 }

@@ -116,6 +116,7 @@ def evaluate(
     terrains: int = 10,
     terrain: str = "same",
     damage: Literal["same", "none", "half"] = "same",
+    change: tuple[str, ...] = (),
     seed: int = 0,
     out: Path | None = None,
 ) -> None:
@@ -124,12 +125,16 @@ def evaluate(
     For example:
         hebbtorch evaluate runs/first
         hebbtorch evaluate runs/first --terrain flat --damage half
+        hebbtorch evaluate runs/first --change gravity=5 noise_lidar=0.1 control_delay=2
 
     Args:
         folder: Folder of the run.
         terrains: Number of terrains.
         terrain: Kind of terrain, such as hilly-3-30 or flat, or the same as in the evolution.
         damage: As in `evolve`, or the same as in the evolution.
+        change: Other conditions than in the evolution, each NAME=VALUE: noise (of all sensors, or
+            noise_area and so on), gravity, friction, springs, control interval, delay and cut-off,
+            and how damage is.
         seed: Decides sensor noise and damage.
         out: CSV file to write; by default one in the run's folder, named after the conditions.
     """
@@ -143,6 +148,7 @@ def evaluate(
         None if damage == "same" else damage,
         seed,
         out,
+        change,
     )
 
 

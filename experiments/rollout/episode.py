@@ -211,7 +211,7 @@ def simulator(
         physics: Other keywords of `Simulator` in place of what the options say.
     """
     options: dict[str, Any] = {
-        "noise": config.noise,
+        "noise": config.noises(),
         "control_interval": config.control_interval,
         "control_delay": config.control_delay,
         "actuation_cutoff": config.actuation_cutoff,
@@ -219,7 +219,7 @@ def simulator(
         "friction": config.friction,
         "spring_frequency": config.spring_frequency,
         "spring_damping": config.spring_damping,
-        "damage": damage(config),
+        "damage": damage(config, _least_voxels(config, shape)),
         "device": config.device,
         "threads": config.threads,
     }
@@ -231,3 +231,12 @@ def simulator(
         seed=scenarios.world_seeds,
         **(options | physics),
     )
+
+
+def _least_voxels(config: EvolveConfig, shape: Morphology | Sequence[Morphology] | None) -> int:
+    """Voxels of the robot, or of the smallest of several."""
+    if shape is None:
+        return Morphology.from_name(config.shape).n_voxels
+    if isinstance(shape, Morphology):
+        return shape.n_voxels
+    return min(Morphology.of(each).n_voxels for each in shape)

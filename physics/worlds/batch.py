@@ -46,7 +46,7 @@ class Batch:
         extent: float,
         seeds: np.ndarray,
         lifetimes: np.ndarray,
-        damage: Damage | None,
+        damages: list[Damage | None] | None,
         conditions: Conditions,
         places: np.ndarray,
         n_places: int,
@@ -60,7 +60,7 @@ class Batch:
             extent: width of ground that a robot may need at once, whatever its posture [m].
             seeds: of every world, (N,) int64 in [0, 2^32).
             lifetimes: of every world, in engine steps, (N,).
-            damage: of all worlds, if any.
+            damages: N of them, if any.
             conditions: of all worlds.
             places: where each world lies, (N,).
             n_places: all places, those that fill up groups included.
@@ -76,21 +76,22 @@ class Batch:
         self._places = places
         self.extent = extent
         self._lifetimes = np.minimum(lifetimes, clock.ENDLESS)
-        self._damage = damage
+        self._damages = damages
         self._conditions = conditions if varied(conditions, bodies) else None
         self._like = like
         self._poses: dict[tuple[Body, Terrain | None], Tensor] = {}
         self._first: tuple[Layout, Tensor] | None = None
         self.segments, profiles = pack_terrains(terrains, extent, places, n_places)
         self.profiles = torch.from_numpy(profiles).to(like)
-        self._mask = None
-        if damage is not None and damage.mask is not None:
-            if not bodies.alike:
-                raise ValueError(
-                    "damage: expected no mask where worlds have different robots; give a "
-                    "probability"
-                )
-            self._mask = damage.broken_mask(len(seeds), bodies.n_voxels)
+        self._masks = {
+            each: each.broken_mask(len(seeds), bodies.n_voxels)
+            for each in dict.fromkeys(damages or ())
+            if each is not None and each.mask is not None
+        }
+        if self._masks and not bodies.alike:
+            raise ValueError(
+                "damage: expected no mask where worlds have different robots; give a probability"
+            )
 
     # --- changes between episodes ---------------------------------------------------------------
 
@@ -194,8 +195,9 @@ class Batch:
         if self._conditions is not None:
             springs = torch.from_numpy(self._conditions.springs(chosen, body.morphology))
             voxels[:, :, lay.FIRMNESS : lay.ACTUATED + 1] = springs.to(voxels)
-        if self._damage is not None:
-            times = self._damage_times(self._damage, chosen, seeds, body.n_voxels)
+        if self._damages is not None:
+            own = [self._damages[world] for world in chosen]
+            times = self._damage_times(own, chosen, seeds, body.n_voxels)
             voxels[:, :, lay.BREAKS : lay.MENDS + 1] = times.to(voxels)
 
     def _ground_ends(self, chosen: np.ndarray) -> np.ndarray:
@@ -246,17 +248,28 @@ class Batch:
         return np.where(episodes > 0, later, seeds)
 
     def _damage_times(
-        self, damage: Damage, chosen: np.ndarray, seeds: np.ndarray, n_voxels: int
+        self,
+        damages: Sequence[Damage | None],
+        chosen: np.ndarray,
+        seeds: np.ndarray,
+        n_voxels: int,
     ) -> Tensor:
         """The steps at which voxels of k worlds break and mend, (k, V, 2)."""
-        if self._mask is not None:
-            broken = self._mask[chosen]
-        else:
-            broken = np.stack([damage.sample(int(seed), n_voxels) for seed in seeds])
-        start = float(clock.steps_in(damage.time))
-        stop = clock.ENDLESS if math.isinf(damage.until) else float(clock.steps_in(damage.until))
-        times = np.where(broken[..., None], [start, stop], clock.ENDLESS)
+        times = np.full((len(chosen), n_voxels, 2), clock.ENDLESS)
+        spans = {each: _span(each) for each in dict.fromkeys(damages) if each is not None}
+        for row, (damage, world, seed) in enumerate(zip(damages, chosen, seeds, strict=True)):
+            if damage is None:
+                continue
+            mask = self._masks.get(damage)
+            broken = damage.sample(int(seed), n_voxels) if mask is None else mask[world]
+            times[row, broken] = spans[damage]
         return torch.from_numpy(times)
+
+
+def _span(damage: Damage) -> tuple[float, float]:
+    """The steps at which voxels break and mend."""
+    stop = clock.ENDLESS if math.isinf(damage.until) else float(clock.steps_in(damage.until))
+    return float(clock.steps_in(damage.time)), stop
 
 
 def varied(conditions: Conditions, bodies: Bodies) -> bool:

@@ -42,7 +42,7 @@ class Launcher(Observed):
         n_worlds, n_voxels: N, V.
         lanes: worlds of a group.
         control_interval: engine steps in a control step.
-        damage: when and how voxels break, if they do.
+        damage: when and how voxels break, if they do: in all worlds, or in the first that has it.
         program: what kernels are compiled for.
     """
 
