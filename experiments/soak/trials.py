@@ -26,7 +26,7 @@ _MOST_GROWTH = 300.0  # of the memory from the 5th trial of worlds on [MB]
 
 
 def soak(minutes: float, seed: int, file: Path | None, folder: Path | None) -> int:
-    """Try kills, damaged files, staggered episodes and random worlds, each for its share of the time.
+    """Try kills, damaged files, episodes and random worlds, each for its share of the time.
 
     Trials follow from the seed, one by one; the time decides only how many there are.
 

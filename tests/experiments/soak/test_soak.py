@@ -53,7 +53,7 @@ def test_a_missing_digest_would_be_seen(
     monkeypatch.setattr(
         tensors, "_checked_config", lambda metadata, _: json.loads(metadata["hebbtorch"])["config"]
     )
-    for trial in range(60):
+    for trial in range(200):
         try_flip(5, trial, original, counts)
     assert counts.silent.total() > 0
 
