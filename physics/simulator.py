@@ -260,9 +260,7 @@ class Simulator(Handled):
         if fresh is not None:
             self._batch.set_seeds(chosen, fresh)
         else:
-            own = torch.from_numpy(self._state.place_of(chosen))
-            steps = self._state.header(lay.H_STEP).flatten()[own]
-            self._batch.count_episodes(chosen, (steps > 0).cpu().numpy())
+            self._batch.count_episodes(chosen, (self._state.steps() > 0).cpu().numpy()[chosen])
         if grounds is not None and self._batch.set_terrains(chosen, grounds):
             self._widen()
         self._begin(chosen)
@@ -308,7 +306,7 @@ class Simulator(Handled):
         if self.device.type == "cpu":
             checks.finite_numbers(name, actions)
         steps = len(actions) * self.control_interval
-        self._reserve(steps)
+        self._require_countable(steps)
         readings = self._readings()
         self._at_start = False
         self._play(actions, readings, 0, steps)
@@ -356,14 +354,18 @@ class Simulator(Handled):
 
     def run_closed_loop(
         self, kernel: Callable[[backend.Program], backend.Kernel], controller: Tensor, steps: int
-    ) -> None:
-        """Many steps with a controller inside the kernel (see ``rollout.closed_loop``).
+    ) -> Tensor | None:
+        """Many control steps with a controller inside the kernel.
 
         Args:
-            kernel: gives the kernel for a program; the same one whenever it is asked.
+            kernel: gives the kernel for a program, one of ``kernels.closed_loop``; the same one
+                whenever it is asked.
             controller: the controller's tensor, (groups, items, lanes), of this simulator's dtype,
                 changed in place; its memory in the order of kernels (`backend.unpacked`).
             steps: how many control steps.
+
+        Returns:
+            Readings after the last step, (N, R), or None without sensors.
 
         Raises:
             ValueError: a tensor for other worlds, of another type or in another order.
@@ -384,12 +386,14 @@ class Simulator(Handled):
                 f"{controller.dtype} with strides {controller.stride()}"
             )
         engine_steps = steps * self.control_interval
-        self._reserve(engine_steps)
+        self._require_countable(engine_steps)
         self._center, self._at_start = None, False
+        readings = self._readings()
         for part in self._grouping.parts_for(engine_steps):
             tensors = *self.kernel_tensors(part.program), part.program.packed(controller)
-            kernel(part.program)(*tensors, steps, part.first, part.count, part.chunks)
+            kernel(part.program)(*tensors, readings, 0, steps, part.first, part.count, part.chunks)
         self._steps += engine_steps
+        return self._given(readings)
 
     def _bytes_per_world(self) -> int:
         """Least memory that a world takes, with what is copied when it is made [bytes]."""

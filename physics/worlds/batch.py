@@ -59,7 +59,7 @@ class Batch:
             terrains: N of them, or None.
             extent: width of ground that a robot may need at once, whatever its posture [m].
             seeds: of every world, (N,) int64 in [0, 2^32).
-            lifetimes: of every world, in engine steps, (N,).
+            lifetimes: of every world, in engine steps, (N,) int64.
             damages: N of them, if any.
             conditions: of all worlds.
             places: where each world lies, (N,).
@@ -75,7 +75,7 @@ class Batch:
         self._bodies = bodies
         self._places = places
         self.extent = extent
-        self._lifetimes = np.minimum(lifetimes, clock.ENDLESS)
+        self._lifetimes = lifetimes
         self._damages = damages
         self._conditions = conditions if varied(conditions, bodies) else None
         self._like = like
@@ -160,17 +160,21 @@ class Batch:
         states = self._blank(layout).expand(len(chosen), -1).clone()
         voxels = states[:, : layout.header].unflatten(1, (-1, lay.VOXEL_ITEMS))
         seeds = self._episode_seeds(chosen)
-        numbers = np.stack(
-            [self._lifetimes[chosen], seeds & 0xFFFF, seeds >> 16, *self._ground_ends(chosen)], 1
-        )
+        life_high, life = np.divmod(self._lifetimes[chosen], lay.STEPS_PER_HIGH)
+        numbers = np.stack([life, seeds & 0xFFFF, seeds >> 16, *self._ground_ends(chosen)], 1)
         own = slice(layout.header + lay.H_LIFE, layout.header + lay.H_GROUND_END + 1)
         states[:, own] = torch.from_numpy(numbers).to(states)
+        states[:, layout.header + lay.H_LIFE_HIGH] = torch.from_numpy(life_high).to(states)
         if self._conditions is not None:
             pulls = np.stack(
                 [self._conditions.gravity[chosen], self._conditions.friction[chosen]], 1
             )
             first = layout.header + lay.H_GRAVITY
             states[:, first : first + 2] = torch.from_numpy(pulls).to(states)
+        if self._damages is not None:
+            high = np.array([_span(self._damages[world])[0] for world in chosen])
+            first = layout.header + lay.H_BREAKS_HIGH
+            states[:, first : first + 2] = torch.from_numpy(high).to(states)
         for body, rows in self._bodies.among(chosen):
             robots = voxels[rows]
             self._write_robots(body, chosen[rows], seeds[rows], robots[:, : body.n_voxels])
@@ -254,22 +258,25 @@ class Batch:
         seeds: np.ndarray,
         n_voxels: int,
     ) -> Tensor:
-        """The steps at which voxels of k worlds break and mend, (k, V, 2)."""
-        times = np.full((len(chosen), n_voxels, 2), clock.ENDLESS)
-        spans = {each: _span(each) for each in dict.fromkeys(damages) if each is not None}
+        """The steps at which voxels of k worlds break and mend, their lower digits, (k, V, 2)."""
+        times = np.full((len(chosen), n_voxels, 2), lay.NEVER)
         for row, (damage, world, seed) in enumerate(zip(damages, chosen, seeds, strict=True)):
             if damage is None:
                 continue
             mask = self._masks.get(damage)
             broken = damage.sample(int(seed), n_voxels) if mask is None else mask[world]
-            times[row, broken] = spans[damage]
+            times[row, broken] = _span(damage)[1]
         return torch.from_numpy(times)
 
 
-def _span(damage: Damage) -> tuple[float, float]:
-    """The steps at which voxels break and mend."""
-    stop = clock.ENDLESS if math.isinf(damage.until) else float(clock.steps_in(damage.until))
-    return float(clock.steps_in(damage.time)), stop
+def _span(damage: Damage | None) -> tuple[np.ndarray, list[float]]:
+    """The steps at which voxels break and mend: higher digits, and lower ones."""
+    if damage is None:
+        return np.zeros(2, dtype=np.int64), [lay.NEVER, lay.NEVER]
+    forever = math.isinf(damage.until)
+    times = [clock.steps_in(damage.time), 0 if forever else clock.steps_in(damage.until)]
+    high, low = np.divmod(np.array(times), lay.STEPS_PER_HIGH)
+    return high, [float(low[0]), lay.NEVER if forever else float(low[1])]
 
 
 def varied(conditions: Conditions, bodies: Bodies) -> bool:

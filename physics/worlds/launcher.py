@@ -14,7 +14,6 @@ from torch import Tensor
 from physics import backend
 from physics.engine import kernels
 from physics.engine.contacts import ground_detection
-from physics.engine.memory import layout as lay
 from physics.engine.memory import model
 from physics.engine.memory import state as st
 from physics.engine.memory.grouping import Grouping
@@ -29,7 +28,6 @@ from physics.worlds.observations import Observed
 
 __all__ = ["Launcher", "extent"]
 
-_FIRST_STEPS = 3700  # the table of sensor windows starts with one minute
 _STRETCH = 1.3  # of a robot's diagonal, at most
 _GAP = 4  # groups that are sensed again in vain rather than in two launches
 
@@ -78,7 +76,7 @@ class Launcher(Observed):
 
     def _allocate(self) -> None:
         """Makes the model, and a state for it."""
-        self._build(_FIRST_STEPS)
+        self._build()
         groups = self._grouping.whole.count
         self._state = st.allocate(
             self._model.layout,
@@ -95,20 +93,20 @@ class Launcher(Observed):
             self._worlds[self._places] = torch.arange(self.n_worlds, device=self.device)
 
     @torch.inference_mode(False)
-    def _build(self, max_steps: int) -> None:
+    def _build(self) -> None:
         """Makes the model and its tables."""
         models: list[model.Model] = []
         for _ in range(1 if self.bodies.alike else 2):  # the second time there is room for all
             rooms = [each.layout for each in models]
             room = functools.reduce(Layout.union, rooms) if rooms else None
-            models = [self._model_of(body, max_steps, room) for body in self.bodies.unlike]
+            models = [self._model_of(body, room) for body in self.bodies.unlike]
         self._model = (
             models[0] if self.bodies.alike else model.joined(models, self._grouping.robots)
         )
         self._integers = torch.from_numpy(self._model.integers).to(self.device)
         self._numbers = torch.from_numpy(self._model.numbers).to(self.device, self.dtype)
 
-    def _model_of(self, body: Body, max_steps: int, room: Layout | None) -> model.Model:
+    def _model_of(self, body: Body, room: Layout | None) -> model.Model:
         """The model of one of the robots, in a layout with room for others."""
         return model.build(
             body.morphology,
@@ -118,29 +116,22 @@ class Launcher(Observed):
             self._batch.segments,
             extent(body),
             self.damage.mode if self.damage else "rest",
-            max_steps,
             self.lanes,
             room,
         )
 
     def _widen(self) -> None:
         """Makes the terrain window as wide as the batch needs it by now."""
-        self._build(self._model.max_steps)
+        self._build()
         self._state = st.widened(self._state, self._model.layout)
 
-    def _reserve(self, steps: int) -> None:
-        """Makes the table of sensor windows long enough for ``steps`` more.
-
-        Raises:
-            ValueError: worlds cannot count so far.
-        """
-        if self._steps + steps > clock.ENDLESS:
+    def _require_countable(self, steps: int) -> None:
+        """Raises ValueError unless worlds can count so many more steps."""
+        if self._steps + steps > clock.MOST_STEPS:
             raise ValueError(
-                f"steps: expected at most {int(clock.ENDLESS) - self._steps} more, since a world "
-                f"counts 2^24 steps (77 hours) after a reset, got {steps}; reset the worlds"
+                f"steps: expected at most {clock.MOST_STEPS - self._steps} more, since a world "
+                f"counts 2^31 steps (414 days) after a reset, got {steps}; reset the worlds"
             )
-        if self._steps + steps > self._model.max_steps:
-            self._build(max(2 * self._model.max_steps, self._steps + steps))
 
     def _begin(self, chosen: np.ndarray) -> None:
         """Puts some worlds at the start of an episode."""
@@ -160,7 +151,7 @@ class Launcher(Observed):
             Readings of all worlds.
         """
         self._center = None
-        self._steps = int(self._state.header(lay.H_STEP).max())
+        self._steps = int(self._state.steps().max())
         whole = self._grouping.whole
         if chosen is None or len(chosen) == self.n_worlds:
             readings, ranges = self._readings(), iter([(0, whole.count)])

@@ -5,6 +5,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -84,6 +85,7 @@ _SIZES = (
     "reading_table",
     "interval_table",
     "interval_steps",
+    "interval_row",
     "noise_table",
     "self_contact_block",
     "self_contact_memory",
@@ -95,7 +97,7 @@ _SIZES = (
     "voxel_pairs",
     "continuous_block",
     "group_items",
-    "numbers",  # first of this robot's in the table of numbers
+    "own_numbers",  # first of this robot's in the table of numbers
     "next_group",  # first group that does not have this robot
     "next_sizes",  # place of the sizes of that group's robot
 )
@@ -117,6 +119,7 @@ PAIR_ROW = 3
 # A reading row: kind, voxel block, slots of its ring (0: no average), ring, interval number, ray.
 RE_KIND, RE_VOXEL, RE_SLOTS, RE_RING, RE_INTERVAL, RE_RAY = range(6)
 READING_ROW = 6
+_FIRST_STEPS = 500  # of which a table tells the length of sensor windows step by step
 AREA, TOUCH, VELOCITY_X, VELOCITY_Y, RAY = range(5)
 _KINDS = {
     "area": (AREA,),
@@ -127,16 +130,47 @@ _KINDS = {
 
 
 @ti.func
-def load_sizes(mi: ti.template(), first):
+def load_sizes(integers: ti.template(), first):
     """The sizes of a robot's model, which stand from ``first`` on."""
-    return Sizes(*[mi[first + k] for k in ti.static(range(len(_SIZES)))])
+    return Sizes(*[integers[first + k] for k in ti.static(range(len(_SIZES)))])
 
 
 @ti.func
-def sizes_of_group(m: ti.template(), mi: ti.template(), group):
+def sizes_of_group(sizes: ti.template(), integers: ti.template(), group):
     """Turns to the robot of a group, from that of a group before it."""
-    while group >= m.next_group:
-        m = load_sizes(mi, m.next_sizes)
+    while group >= sizes.next_group:
+        sizes = load_sizes(integers, sizes.next_sizes)
+
+
+class Tables:
+    """The model in a kernel, where it is called m: a size by its name, such as `m.voxels`.
+
+    It exists while a kernel is compiled only, and leaves no trace in it.
+
+    Attributes:
+        integers: the table of I_*, an argument of the kernel.
+        numbers: the table of F_*, likewise.
+        stages: mask of the stages of `engine.step` that are taken.
+    """
+
+    _data_oriented = True  # lets Taichi pass it on as it is
+
+    def __init__(self, sizes: Any, integers: Any, numbers: Any, stages: Any = -1) -> None:
+        """What a kernel was given.
+
+        Args:
+            sizes: what `load_sizes` found.
+            integers: the table of I_*.
+            numbers: the table of F_*.
+            stages: see the attribute; all by default, which the compiler knows.
+        """
+        self._sizes = sizes
+        self.stages = stages
+        self.integers = integers
+        self.numbers = numbers
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._sizes, name)
 
 
 @dataclass(frozen=True)
@@ -148,7 +182,6 @@ class Model:
         layout: where the state lies.
         numbers: table of F_*, shape (.,), float64.
         integers: table of I_*, shape (.,), int32.
-        max_steps: steps for which the table of sensor windows is long enough.
     """
 
     morphology: Morphology
@@ -157,7 +190,6 @@ class Model:
     layout: Layout
     numbers: np.ndarray
     integers: np.ndarray
-    max_steps: int
 
 
 def build(
@@ -168,7 +200,6 @@ def build(
     segments: int,
     extent: float,
     damage_mode: str,
-    max_steps: int,
     lanes: int,
     room: Layout | None = None,
 ) -> Model:
@@ -182,7 +213,6 @@ def build(
         segments: terrain segments that the window of a group holds; 0 without ground.
         extent: width of the ground in the window [m].
         damage_mode: one of damage.MODES.
-        max_steps: steps that a world may live.
         lanes: worlds per group.
         room: of other robots in the same state, which has to hold this one too.
     """
@@ -207,6 +237,7 @@ def build(
     reading_table = I_WELDS + I_WELD_ROW * len(welds)
     pair_table = reading_table + READING_ROW * len(reading_rows)
     interval_table = pair_table + PAIR_ROW * len(pairs)
+    interval_steps, windows = _windows(intervals)
     sizes = {
         "voxels": own.voxels,
         "welds": own.welds,
@@ -230,7 +261,8 @@ def build(
         "weld_table": I_WELDS,
         "reading_table": reading_table,
         "interval_table": interval_table,
-        "interval_steps": max_steps,
+        "interval_steps": interval_steps,
+        "interval_row": windows.shape[1],
         "noise_table": F_RAYS + len(rays),
         "self_contact_block": layout.self_contact_block,
         "self_contact_memory": layout.self_contact_memory,
@@ -242,12 +274,11 @@ def build(
         "voxel_pairs": len(pairs),
         "continuous_block": layout.continuous_block,
         "group_items": layout.items,
-        "numbers": 0,
+        "own_numbers": 0,
         "next_group": _LAST,
         "next_sizes": 0,
     }
     rows = [*springs, *ropes, *welds, *reading_rows, *pairs]
-    windows = [clock.window_lengths(max_steps, interval) for interval in intervals]
     integers = np.concatenate(
         [[sizes[name] for name in _SIZES], *rows, *windows], dtype=np.int32, casting="unsafe"
     )
@@ -267,7 +298,7 @@ def build(
         ],
         dtype=np.float64,
     )
-    return Model(morphology, apparatus, engine, layout, numbers, integers, max_steps)
+    return Model(morphology, apparatus, engine, layout, numbers, integers)
 
 
 def joined(models: Sequence[Model], groups: Sequence[tuple[int, int]]) -> Model:
@@ -303,7 +334,7 @@ def _moved(model: Model, integers: int, numbers: int) -> np.ndarray:
     moved = model.integers.copy()
     for name in ("weld_table", "reading_table", "interval_table", "pair_table"):
         moved[_SIZES.index(name)] += integers
-    for name in ("noise_table", "numbers"):
+    for name in ("noise_table", "own_numbers"):
         moved[_SIZES.index(name)] += numbers
     return moved
 
@@ -312,6 +343,26 @@ def reach(apparatus: Apparatus) -> float:
     """How far from a robot's squares the ground matters: to touch it, or to see it [m]."""
     ranges = [s.range for own in apparatus.sensors for s in own if s.kind == "lidar"]
     return material.SQUARE_SIDE + max(ranges, default=0.0)
+
+
+def _windows(intervals: list[float]) -> tuple[int, np.ndarray]:
+    """Samples in a sensor's window.
+
+    Args:
+        intervals: lengths of windows [s].
+
+    Returns:
+        Number of first steps, and a row per interval: lengths at each of these steps, then pairs
+        of a step and the length from that step on, the last of which fill up the row.
+    """
+    first_steps = _FIRST_STEPS + math.ceil(max(intervals, default=0.0) / material.DT)
+    changes = [np.stack(clock.window_changes(first_steps, each), 1) for each in intervals]
+    most = max(map(len, changes), default=0)
+    rows = []
+    for interval, own in zip(intervals, changes, strict=True):
+        filled = np.concatenate([own, own[-1:].repeat(most - len(own), 0)])
+        rows.append(np.append(clock.window_lengths(first_steps, interval), filled))
+    return first_steps, np.array(rows).reshape(len(intervals), first_steps + 2 * most)
 
 
 def _spring_numbers() -> list[float]:
