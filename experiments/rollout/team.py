@@ -16,7 +16,7 @@ from experiments.rollout.controller import Controller
 from hebbtorch.state import Memory
 from physics import Bodies, Body, Simulator
 
-__all__ = ["Team", "TorchTeamLoop", "gene_counts"]
+__all__ = ["Team", "TorchTeamLoop", "gene_counts", "refuse"]
 
 
 def gene_counts(config: EvolveConfig, bodies: Bodies) -> list[int]:
@@ -32,6 +32,12 @@ def gene_counts(config: EvolveConfig, bodies: Bodies) -> list[int]:
 
 def _build(config: EvolveConfig, body: Body, count: int) -> Controller:
     return controller.build(config, count, body.morphology, body.apparatus)
+
+
+def refuse(monitor: hebbtorch.Monitor | None) -> None:
+    """Raises ValueError if there is a monitor, which looks at one network only."""
+    if monitor is not None:
+        raise ValueError("monitor: expected None where worlds have different robots; record them")
 
 
 @dataclass(frozen=True)
@@ -126,8 +132,9 @@ class TorchTeamLoop:
             sim.n_worlds, sim.n_voxels, dtype=sim.dtype, device=sim.device
         )
 
-    def run(self, sim: Simulator, steps: int) -> None:
+    def run(self, sim: Simulator, steps: int, monitor: hebbtorch.Monitor | None = None) -> None:
         """Act, sense and compute the next actuation, for some control steps."""
+        refuse(monitor)
         for _ in range(steps):
             readings = sim.step(self._actuation)
             assert readings is not None, "controllers need readings"

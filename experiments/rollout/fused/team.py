@@ -11,7 +11,7 @@ from torch import Tensor
 import hebbtorch
 from experiments.rollout.fused import kernel as k
 from experiments.rollout.fused.loop import FusedLoop, Share, packed_rows
-from experiments.rollout.team import Team
+from experiments.rollout.team import Team, refuse
 from physics import Simulator
 from physics.backend import unpacked
 
@@ -30,8 +30,9 @@ class FusedTeamLoop:
     items: Tensor
     parts: tuple[FusedLoop, ...]
 
-    def run(self, sim: Simulator, steps: int) -> None:
+    def run(self, sim: Simulator, steps: int, monitor: hebbtorch.Monitor | None = None) -> None:
         """Lets the worlds of ``sim`` live for some control steps."""
+        refuse(monitor)
         if steps > 0:
             features = self.parts[0].layout.features
             sim.run_closed_loop(partial(k.kernel, features), self.items, steps)
