@@ -70,7 +70,7 @@ class Simulator(Handled):
                 returned of them. Worlds with the same robot are computed together: a robot in 8
                 worlds costs what it costs alone, one in fewer worlds as much as in 8.
             terrain: one for all worlds, a list of N, or None (no ground).
-            n_worlds: N.
+            n_worlds: The number of worlds, N.
             sensors: "low", "medium", "high", an Apparatus, or None; for a list of shapes also a
                 list of N.
             noise: standard deviation of the readings' noise, in units of each sensor's range; or
@@ -79,15 +79,16 @@ class Simulator(Handled):
             dtype: torch.float32 or torch.float64.
             device: where the state lives: "cpu", or "cuda" where PyTorch finds a GPU; a process
                 simulates on one of them.
-            seed: of noise and damage: an integer, from which every world's seed is derived, or
-                N integers, one per world.
+            seed: The seed of noise and damage: an integer, from which every world's seed is
+                derived, or N integers, one per world.
             damage: when and how voxels break; one for all worlds, or N of them or None, which have
                 the same mode.
             lifetime: [s], one for all or N of them; a world that reaches it stands still.
             engine: settings of the solver.
             friction: coefficient between a square and the ground, as `Engine.friction`; one for all
                 worlds or N of them.
-            spring_frequency: of the voxels' springs [Hz], likewise.
+            spring_frequency: The frequency of the voxels' springs [Hz], one for all worlds or N of
+                them.
             spring_damping: their damping ratio, likewise.
             control_interval: engine steps of 1/60 s in a control step. `step`, `run` and
                 controllers in the kernel act once per control step; sensors sample, and voxels
@@ -95,7 +96,7 @@ class Simulator(Handled):
             control_delay: control steps that a command waits before it acts.
             actuation_cutoff: cut-off frequency [Hz] of a first-order low-pass between commands and
                 actuation; None: actuation follows at once.
-            threads: at most so many; None: all cores.
+            threads: The most threads to use; None: all cores.
             lanes: worlds per vector; None: the fastest; 1 gives the scalar program, for checks.
 
         Raises:
@@ -317,8 +318,9 @@ class Simulator(Handled):
         """Many control steps with a policy in PyTorch.
 
         Args:
-            policy: from readings (N, R) to actuation (N, V); it is called without gradients.
-            steps: T.
+            policy: A function from readings (N, R) to actuation (N, V); it is called without
+                gradients.
+            steps: The number of control steps, T.
             every: control steps between two calls of the policy, which act under the same
                 actuation. (`control_interval` makes control steps longer instead.)
 

@@ -25,7 +25,7 @@ def draw_all(
         roots: folders with finished runs at or below them, or packed campaigns; or files with
             recorded trajectories, of which each gets a figure of its own.
         out: folder for the files, created if need be; by default `figures` in the first root.
-        seed: of the bootstrap intervals.
+        seed: The seed of the bootstrap intervals.
         print_quality: whether to keep the figures in PDF, too.
 
     Returns:

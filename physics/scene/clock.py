@@ -82,7 +82,7 @@ def steps_in(duration: float, name: str = "duration") -> int:
 
     Args:
         duration: length of the episode [s], finite and not negative.
-        name: of the argument, for the message of an error.
+        name: The name of the argument, for the message of an error.
 
     Raises:
         ValueError: if the duration is negative, not finite or longer than MOST_STEPS.

@@ -33,9 +33,9 @@ class Batch:
     Attributes:
         terrains: one per world, or None without ground.
         profiles: their points, (places, K, 2), as kernels take them.
-        segments: of terrain that the window of a group must hold; 0 without ground.
+        segments: How many terrain segments the window of a group must hold; 0 without ground.
         extent: width of that window [m].
-        seeds: of noise and damage, (N,) int64 in [0, 2^32).
+        seeds: The seeds of noise and damage, (N,) int64 in [0, 2^32).
         episodes: that each world has ended since it got its seed, (N,) int64.
     """
 
@@ -55,15 +55,15 @@ class Batch:
         """Packs the terrains of N worlds.
 
         Args:
-            bodies: the robots.
+            bodies: The robots.
             terrains: N of them, or None.
             extent: width of ground that a robot may need at once, whatever its posture [m].
-            seeds: of every world, (N,) int64 in [0, 2^32).
-            lifetimes: of every world, in engine steps, (N,) int64.
-            damages: N of them, if any.
-            conditions: of all worlds.
+            seeds: The seeds of every world, (N,) int64 in [0, 2^32).
+            lifetimes: The lengths of the episodes of every world, in engine steps, (N,) int64.
+            damages: The damage of each world, N of them, if any.
+            conditions: The conditions of all worlds.
             places: where each world lies, (N,).
-            n_places: all places, those that fill up groups included.
+            n_places: The number of places, those that fill up groups included.
             like: any tensor of the type and on the device of the state.
 
         Raises:
@@ -113,7 +113,7 @@ class Batch:
         """Puts k worlds on other terrains.
 
         Args:
-            chosen: their numbers.
+            chosen: The numbers of the k worlds.
             terrains: k of them.
 
         Returns:

@@ -111,7 +111,7 @@ class Handled(Launcher):
         """What the robots would have sensed along a recorded motion; time goes on.
 
         Args:
-            poses: of the squares after each step, (T, N, V, 4, 3), as for ``set_poses``.
+            poses: The poses of the squares after each step, (T, N, V, 4, 3), as for ``set_poses``.
             velocities: likewise, (T, N, V, 4, 3).
 
         Returns:

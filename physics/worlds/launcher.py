@@ -36,8 +36,8 @@ class Launcher(Observed):
     """N worlds in memory; what a kernel needs, and how it is launched.
 
     Attributes:
-        bodies: the robots.
-        n_worlds, n_voxels: N, V.
+        bodies: The robots.
+        n_worlds, n_voxels: The numbers of worlds, N, and of voxels of each robot, V.
         lanes: worlds of a group.
         control_interval: engine steps in a control step.
         damage: when and how voxels break, if they do: in all worlds, or in the first that has it.

@@ -17,9 +17,9 @@ class Observed:
     """Reads the state of N worlds with V voxels each; every call copies.
 
     Attributes:
-        dtype, device: of the state.
-        n_readings: of a world's sensors, R.
-        bodies: the robots. Where they differ, V and R are those of the largest; voxels that a
+        dtype, device: The data type and the device of the state.
+        n_readings: The number of readings of a world's sensors, R.
+        bodies: The robots. Where they differ, V and R are those of the largest; voxels that a
             world's robot lacks have NaN for numbers, False for flags and actuation 0, and
             readings that it lacks are 0.
     """

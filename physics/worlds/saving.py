@@ -21,7 +21,7 @@ def pack(state: State, batch: Batch, signature: dict[str, Any]) -> dict[str, Any
     `torch.load(..., weights_only=True)` reads it.
 
     Args:
-        state: of the worlds.
+        state: The state of the worlds.
         batch: what they started from.
         signature: what another simulator must agree in.
     """

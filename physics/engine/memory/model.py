@@ -26,7 +26,8 @@ class Engine:
     Attributes:
         friction: coefficient between a square and the ground.
         damping: linear and angular velocity damping [1/s].
-        velocity_iterations, position_iterations: of the sequential-impulse solver, per step.
+        velocity_iterations, position_iterations: The iterations of the sequential-impulse solver in
+            each step.
         ropes: whether squares of a voxel are kept from passing through each other.
         self_collision: whether squares of the robot that no joint ties keep out of each other.
         continuous: whether squares that land are stopped where they touch the ground, instead of
@@ -207,7 +208,7 @@ def build(
 
     Args:
         morphology: the robot's shape.
-        apparatus: its sensors.
+        apparatus: The robot's sensors.
         engine: settings of the solver.
         conditions: gravity, noise and so on.
         segments: terrain segments that the window of a group holds; 0 without ground.
