@@ -128,9 +128,7 @@ def draw(rows: Sequence[Row], out: Path) -> list[Path]:
             steps, table = curves([row for row in rows if row[0] == method])
             own = look[method]
             axes.fill_between(steps, table.min(0), table.max(0), color=own.color, alpha=0.2, lw=0)
-            axes.plot(
-                steps, np.median(table, 0), color=own.color, linestyle=own.line, label=method
-            )
+            axes.plot(steps, np.median(table, 0), color=own.color, linestyle=own.line, label=method)
         axes.set(xlabel="robot-steps of learning", ylabel=SPEED)
         axes.legend()
         page.note(
