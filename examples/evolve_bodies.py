@@ -1,8 +1,8 @@
 """Bodies and controllers evolve together: voxels of EvoGym's kinds on a grid of 5 x 3.
 
 Each body is tried by eight controllers with one shared rule; the best bodies stay, others are
-mutants of them. All bodies of a generation are simulated in one batch, eight worlds of each, in which
-a body costs what it costs alone. Takes about two minutes on one core.
+mutants of them. All bodies of a generation are simulated in one batch, eight worlds of each, in
+which a body costs what it costs alone. Takes about two minutes on one core.
 """
 
 from __future__ import annotations

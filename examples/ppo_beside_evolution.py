@@ -1,11 +1,11 @@
 """PPO beside the paper's evolution strategy, on the same budget of robot-steps, in one figure.
 
-A worm on level ground, episodes of 15 s, medium sensors without noise: PPO of stable-baselines3 with the
-settings of `ppo_walks.py`, and Algorithm 1 of the paper with plastic and with static networks.
-Every algorithm may spend the same number of robot-steps (worlds times control steps of 1/60 s) on
-learning. What it has by then is measured apart, over one episode without exploration: the policy's
-mean for PPO, the fittest genome so far for evolution. Needs the extra ``rl``; three seeds of 650,000
-steps take about fifteen minutes of one core, nearly all of it PPO's.
+A worm on level ground, episodes of 15 s, medium sensors without noise: PPO of stable-baselines3
+with the settings of `ppo_walks.py`, and Algorithm 1 of the paper with plastic and with static
+networks. Every algorithm may spend the same number of robot-steps (worlds times control steps of
+1/60 s) on learning. What it has by then is measured apart, over one episode without exploration: the
+policy's mean for PPO, the fittest genome so far for evolution. Needs the extra ``rl``; three seeds
+of 650,000 steps take about ten minutes of one core, nearly all of it PPO's.
 
     python examples/ppo_beside_evolution.py --out comparison
 """
@@ -24,7 +24,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 
 import hebbtorch
 from experiments.config import EvolveConfig
-from experiments.plotting.style import SPEED, looks, sheet
+from experiments.io.style import SPEED, looks, sheet
 from experiments.rollout import fitness
 from physics import steps_in
 from physics.envs.sb3 import VoxelVecEnv
@@ -132,8 +132,8 @@ def draw(rows: Sequence[Row], out: Path) -> list[Path]:
         axes.set(xlabel="robot-steps of learning", ylabel=SPEED)
         axes.legend()
         page.note(
-            f"{SHAPE} on level ground, episodes of {EPISODE:g} s; lines are medians, bands the range "
-            f"of {len({row[1] for row in rows})} seeds; without exploration"
+            f"{SHAPE} on level ground, episodes of {EPISODE:g} s, without exploration; lines are "
+            f"medians, bands the range of {len({row[1] for row in rows})} seeds"
         )
     return page.files
 
