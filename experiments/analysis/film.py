@@ -16,6 +16,7 @@ from experiments.analysis import trajectory_file
 from experiments.analysis.film_options import FilmOptions
 from experiments.analysis.spectrum import period_of
 from experiments.analysis.trajectory import Trajectory, record
+from experiments.io.outputs import require_folder
 from experiments.runs.champions import Champions
 from physics import DT
 from physics.render import draw, movie, palette
@@ -69,17 +70,19 @@ def film_run(
     """
     options = options or FilmOptions()
     options.validate()
+    if out is None:
+        out = folder.parent if folder.is_file() else folder
     if folder.is_file():
+        require_folder(out)
         course, origin = trajectory_file.load(folder), folder.stem
     else:
         champions = Champions.load(folder)
         run = chosen_run(champions, folder, run)
+        require_folder(out)
         course = record(
             champions.config, champions.genomes[run], seed=seed, start=start, seconds=seconds
         )
         origin = f"run {run}, generation {champions.config.generations}"
-    if out is None:
-        out = folder.parent if folder.is_file() else folder
     out.mkdir(parents=True, exist_ok=True)
     files = [out / f"gait.{suffix}" for suffix in options.stills]
     page = draw_gait(course, origin, options)

@@ -160,7 +160,7 @@ def freeze_run(folder: Path, n_terrains: int, seed: int, out: Path | None) -> No
         ValueError: an option is wrong, the run cannot be read or is of a static controller;
             nothing was written then.
     """
-    require_writable(out)
+    require_writable(out, folder)
     out = out or folder / freezing_file(n_terrains, seed)
     if out.suffix == ".png":
         raise ValueError(f"out: expected a CSV file, got the name of a picture, {str(out)!r}")

@@ -200,7 +200,7 @@ def evaluate_run(
     Raises:
         ValueError: an option is wrong, or the run cannot be read; nothing was written then.
     """
-    require_writable(out)
+    require_writable(out, folder)
     changed = changed_conditions(changes)
     assessment = assess(folder, n_terrains, terrain, damage, seed, changed)
     config, speeds = assessment.config, assessment.speeds

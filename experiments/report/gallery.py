@@ -7,6 +7,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+from experiments.io.outputs import require_folder
 from experiments.report import claims, intervals
 from experiments.report.bundle import unpacked
 from experiments.report.figures import FIGURES
@@ -43,6 +44,8 @@ def draw_all(
         return []
     if missing := [root for root in roots if not root.is_dir()]:
         raise ValueError(f"root: expected an existing folder, got {str(missing[0])!r}")
+    out = out or roots[0] / "figures"
+    require_folder(out)
     with unpacked(roots) as folders:
         found = find_runs(folders)
         if not found:
@@ -51,7 +54,6 @@ def draw_all(
                 f" found none; `hebbtorch campaign paper --out {roots[0]}` makes them"
             )
         gather(found)  # so that what is wrong with them is told before anything is written
-        out = out or roots[0] / "figures"
         out.mkdir(parents=True, exist_ok=True)
         with intervals.resampling_with(seed):
             return _draw(found, out, print_quality)

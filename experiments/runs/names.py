@@ -20,6 +20,7 @@ __all__ = [
     "PRUNING",
     "RANDOM_GENOMES",
     "RECORDING",
+    "RECORDING_FORMAT",
     "RECORDING_MEASURES",
     "evaluation_file",
     "freezing_file",
@@ -40,6 +41,7 @@ MATRIX = "matrix.csv"
 RECORDING = "inner_life.npz"
 RECORDING_MEASURES = "inner_life.json"
 RANDOM_GENOMES = "random_genomes.json"
+RECORDING_FORMAT = 1  # of these three; earlier versions wrote none
 
 EVALUATION_TERRAINS = 10
 """Unseen terrains of a re-assessment, as in the paper (Sec. IV-A)."""

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from experiments.io import terminal
 from experiments.io.atomic import write_atomically
+from experiments.io.outputs import require_folder
 from experiments.runs.names import CHAMPIONS, CONFIG
 
 __all__ = ["write_page"]
@@ -35,6 +36,7 @@ def write_page(folder: Path, out: Path | None = None, seed: int = 0) -> Path:
         raise ValueError(
             f"out: expected a name ending in .html in an existing folder, got {str(out)!r}"
         )
+    require_folder(out.parent)
     is_run = (folder / CONFIG).is_file() or (folder / CHAMPIONS).is_file()
     if folder.is_file():
         from experiments.report.page.trajectory_page import trajectory_page
