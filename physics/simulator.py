@@ -253,8 +253,8 @@ class Simulator(Handled):
                 f"seeds: expected one for each of the {len(chosen)} worlds, got {seeds!r}"
             )
         fresh = None if seeds is None else world_seeds(seeds, len(chosen))
-        grounds = selection.terrain_list(terrains, len(chosen))
-        if grounds is not None and self._batch.terrains is None:
+        fresh_terrains = selection.terrain_list(terrains, len(chosen))
+        if fresh_terrains is not None and self._batch.terrains is None:
             raise ValueError("terrains: expected None in worlds without ground; drop it")
         if len(chosen) == 0:
             return self._given(self._last_readings())
@@ -262,7 +262,7 @@ class Simulator(Handled):
             self._batch.set_seeds(chosen, fresh)
         else:
             self._batch.count_episodes(chosen, (self._state.steps() > 0).cpu().numpy()[chosen])
-        if grounds is not None and self._batch.set_terrains(chosen, grounds):
+        if fresh_terrains is not None and self._batch.set_terrains(chosen, fresh_terrains):
             self._widen()
         self._begin(chosen)
         self._at_start = self._at_start or len(chosen) == self.n_worlds
@@ -353,49 +353,6 @@ class Simulator(Handled):
             ValueError: the duration is negative or not finite.
         """
         return -(-clock.steps_in(duration) // self.control_interval)
-
-    def run_closed_loop(
-        self, kernel: Callable[[backend.Program], backend.Kernel], controller: Tensor, steps: int
-    ) -> Tensor | None:
-        """Many control steps with a controller inside the kernel.
-
-        Args:
-            kernel: gives the kernel for a program, one of ``kernels.closed_loop``; the same one
-                whenever it is asked.
-            controller: the controller's tensor, (groups, items, lanes), of this simulator's dtype,
-                changed in place; its memory in the order of kernels (`backend.unpacked`).
-            steps: how many control steps.
-
-        Returns:
-            Readings after the last step, (N, R), or None without sensors.
-
-        Raises:
-            ValueError: a tensor for other worlds, of another type or in another order.
-        """
-        checks.tensor(
-            "controller",
-            controller,
-            groups=self._grouping.whole.count,
-            items=None,
-            lanes=self.lanes,
-        )
-        if (
-            controller.dtype != self.dtype
-            or not backend.packed(controller, self.lanes).is_contiguous()
-        ):
-            raise ValueError(
-                f"controller: expected {self.dtype} in the order of backend.unpacked, got "
-                f"{controller.dtype} with strides {controller.stride()}"
-            )
-        engine_steps = steps * self.control_interval
-        self._require_countable(engine_steps)
-        self._center, self._at_start = None, False
-        readings = self._readings()
-        for part in self._grouping.parts_for(engine_steps):
-            tensors = *self.kernel_tensors(part.program), part.program.packed(controller)
-            kernel(part.program)(*tensors, readings, 0, steps, part.first, part.count, part.chunks)
-        self._steps += engine_steps
-        return self._given(readings)
 
     def _bytes_per_world(self) -> int:
         """Least memory that a world takes, with what is copied when it is made [bytes]."""

@@ -80,8 +80,7 @@ def area_ratio(voxel: ti.template(), T: ti.template()):
         c, s = voxel[o + lay.COS], voxel[o + lay.SIN]
         x[k] = (voxel[o + lay.X] - voxel[lay.X]) + (c * ax - s * ay)
         y[k] = (voxel[o + lay.Y] - voxel[lay.Y]) + (s * ax + c * ay)
-    # Half the cross product of the diagonals.
-    cross = (x[2] - x[0]) * (y[3] - y[1]) - (x[3] - x[1]) * (y[2] - y[0])
+    cross, _ = ti.static((material.crossed_diagonals(x, y), 0))
     return magnitude(cross, T) * T.f(0.5 / material.VOXEL_SIDE**2)
 
 

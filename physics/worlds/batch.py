@@ -205,7 +205,7 @@ class Batch:
             voxels[:, :, lay.BREAKS : lay.MENDS + 1] = times.to(voxels)
 
     def _ground_ends(self, chosen: np.ndarray) -> np.ndarray:
-        """Where the grounds of k worlds start and end [m], (2, k)."""
+        """Where the terrains of k worlds start and end [m], (2, k)."""
         if self.terrains is None:
             return np.array([[-_FAR], [_FAR]]).repeat(len(chosen), 1)
         return np.array([self.terrains[world].xs[[0, -1]] for world in chosen]).reshape(-1, 2).T
@@ -236,8 +236,8 @@ class Batch:
             if len(self._poses) > 2 * len(self.seeds) + 64:  # of terrains that are gone
                 self._poses.clear()
                 new = list(terrains)
-            grounds = [terrain for terrain in new if terrain is not None]
-            poses = torch.from_numpy(st.initial_poses(body.morphology, grounds or None, len(new)))
+            known = [terrain for terrain in new if terrain is not None]
+            poses = torch.from_numpy(st.initial_poses(body.morphology, known or None, len(new)))
             angles = poses[..., 2:]
             poses = torch.cat([poses, angles.cos(), angles.sin()], -1)
             self._poses.update(zip(((body, each) for each in new), poses, strict=True))

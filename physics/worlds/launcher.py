@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from physics import backend
+from physics import backend, checks
 from physics.engine import kernels
-from physics.engine.contacts import ground_detection
+from physics.engine.contacts import terrain_window
 from physics.engine.memory import model
 from physics.engine.memory import state as st
 from physics.engine.memory.grouping import Grouping
@@ -175,6 +175,49 @@ class Launcher(Observed):
             kernel = kernels.play(part.program)
             kernel(*tensors, begin, end, part.first, part.count, part.chunks)
 
+    def run_closed_loop(
+        self, kernel: Callable[[backend.Program], backend.Kernel], controller: Tensor, steps: int
+    ) -> Tensor | None:
+        """Many control steps with a controller inside the kernel.
+
+        Args:
+            kernel: gives the kernel for a program, one of ``kernels.closed_loop``; the same one
+                whenever it is asked.
+            controller: the controller's tensor, (groups, items, lanes), of this simulator's dtype,
+                changed in place; its memory in the order of kernels (`backend.unpacked`).
+            steps: how many control steps.
+
+        Returns:
+            Readings after the last step, (N, R), or None without sensors.
+
+        Raises:
+            ValueError: a tensor for other worlds, of another type or in another order.
+        """
+        checks.tensor(
+            "controller",
+            controller,
+            groups=self._grouping.whole.count,
+            items=None,
+            lanes=self.lanes,
+        )
+        if (
+            controller.dtype != self.dtype
+            or not backend.packed(controller, self.lanes).is_contiguous()
+        ):
+            raise ValueError(
+                f"controller: expected {self.dtype} in the order of backend.unpacked, got "
+                f"{controller.dtype} with strides {controller.stride()}"
+            )
+        engine_steps = steps * self.control_interval
+        self._require_countable(engine_steps)
+        self._center, self._at_start = None, False
+        readings = self._readings()
+        for part in self._grouping.parts_for(engine_steps):
+            tensors = *self.kernel_tensors(part.program), part.program.packed(controller)
+            kernel(part.program)(*tensors, readings, 0, steps, part.first, part.count, part.chunks)
+        self._steps += engine_steps
+        return self._given(readings)
+
     def _readings(self) -> Tensor:
         """Room for readings, which kernels fill if worlds lie in order."""
         if self._places is not None:
@@ -204,7 +247,7 @@ def extent(body: Body) -> float:
     """Width of ground that a robot may need at once, whatever its posture [m]."""
     shape = body.morphology
     size = material.VOXEL_SIDE * math.hypot(shape.width, shape.height)
-    return _STRETCH * size + 2 * (model.reach(body.apparatus) + ground_detection.MARGIN)
+    return _STRETCH * size + 2 * (model.reach(body.apparatus) + terrain_window.MARGIN)
 
 
 def _ranges(groups: np.ndarray) -> Iterator[tuple[int, int]]:

@@ -89,8 +89,7 @@ class Observed:
         c, s = bodies[..., lay.COS], bodies[..., lay.SIN]
         x = bodies[..., lay.X] - bodies[..., :1, lay.X] + (c * ax - s * ay)
         y = bodies[..., lay.Y] - bodies[..., :1, lay.Y] + (s * ax + c * ay)
-        across = (x[..., 2] - x[..., 0]) * (y[..., 3] - y[..., 1])
-        cross = across - (x[..., 3] - x[..., 1]) * (y[..., 2] - y[..., 0])
+        cross = material.crossed_diagonals(x.unbind(-1), y.unbind(-1))
         return cross.abs() / (2 * material.VOXEL_SIDE**2)
 
     def touching(self) -> Tensor:

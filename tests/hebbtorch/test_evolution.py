@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import hebbtorch
-from hebbtorch.evolution_strategy import next_population, ranking
+from hebbtorch.ask_tell import next_population, ranking
 
 
 def sphere(genomes, optimum):

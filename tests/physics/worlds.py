@@ -57,7 +57,7 @@ def beside_oracle(
     Args:
         shape, terrain, gravity: of both.
         actuations: (T, 1, V).
-        poses, velocities: of the squares at the start, (V, 4, 3); None: as born, at rest.
+        poses, velocities: of the squares at the start, (V, 4, 3); None: as they start, at rest.
         self_collision: of both.
 
     Returns:

@@ -214,8 +214,8 @@ def initial_poses(
     poses[..., 0] += START_X + half
     bottoms, centers = cells[:, 1] - half, cells[:, 0] + START_X + half
     unlike = {id(terrain): terrain for terrain in terrains}
-    grounds = {key: terrain.height(centers) for key, terrain in unlike.items()}
-    gaps = bottoms - np.stack([grounds[id(terrain)] for terrain in terrains])
+    surfaces = {key: terrain.height(centers) for key, terrain in unlike.items()}
+    gaps = bottoms - np.stack([surfaces[id(terrain)] for terrain in terrains])
     lifts = START_HEIGHT - gaps.min(1)
     left, lowest = _columns(poses[0])
     right = left + material.SQUARE_SIDE

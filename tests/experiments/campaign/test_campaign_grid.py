@@ -270,7 +270,7 @@ def test_studies_share_conditions() -> None:
                 assert found.setdefault(each.name, each.config) == each.config
         return found
 
-    # 12 plain, 12 damaged, 4 normalized, 6 with eta evolved, 24 sharing rules, 6 born random
+    # 12 plain, 12 damaged, 4 normalized, 6 with eta evolved, 24 sharing rules, 6 of random weights
     assert len(union("paper")) == 12 + 12 + 4 + 6 + 24 + 6
     # 40 static networks, 16 plastic ones at four control intervals, and 4 of the paper's code
     assert len(union("controls")) == 40 + 16 + 4

@@ -21,8 +21,9 @@ from physics.render.draw import (
     draw_strip,
     stack,
 )
-from physics.render.frame import Frame, follow, polygon_areas
+from physics.render.frame import Frame, follow
 from physics.render.movie import write_gif, write_mp4, write_png, write_still
+from physics.scene.material import crossed_diagonals
 from physics.scene.terrain import Terrain
 
 FLAT = Terrain.from_profile([0, 10, 1990, 2000], [100, 5, 5, 100])
@@ -63,7 +64,7 @@ def travel(n=20, speed=4.0, jump=0.0, rate=20.0):
 def test_outline_goes_through_the_outer_corners_whatever_the_rotation(gap):
     frame = Frame(voxels([[20.0, 7.0]], gap, angle=0.7))
     side = 3 + 2 * gap  # closed form: the outer corners are a square of this side
-    assert polygon_areas(frame.outlines) == pytest.approx([side**2])
+    assert crossed_diagonals(*frame.outlines.T) == pytest.approx([-2 * side**2])  # clockwise
     assert np.linalg.norm(frame.outlines[0] - [20, 7], axis=-1) == pytest.approx(side / np.sqrt(2))
 
 
