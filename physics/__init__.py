@@ -10,6 +10,7 @@ for _ in range(60):
 """
 
 from physics.engine.memory.model import Engine
+from physics.scene.bodies import Bodies, Body
 from physics.scene.clock import steps_in
 from physics.scene.damage import Damage
 from physics.scene.material import DT
@@ -21,6 +22,8 @@ from physics.simulator import Simulator
 __all__ = [
     "DT",
     "Apparatus",
+    "Bodies",
+    "Body",
     "Damage",
     "Engine",
     "Morphology",

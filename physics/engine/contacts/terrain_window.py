@@ -17,7 +17,7 @@ _FAR = 1e30
 def update(S: ti.template(), terrain: ti.template(), m: ti.template(), T: ti.template()):
     """Keeps the segments within reach of every square of each robot in the window."""
     if m.segments > 0:
-        reach = m.numbers[F_REACH]
+        reach = m.numbers[m.own_numbers + F_REACH]
         low = T.vec(_FAR)
         high = T.vec(-_FAR)
         for v in range(m.voxels):
@@ -33,7 +33,8 @@ def update(S: ti.template(), terrain: ti.template(), m: ti.template(), T: ti.tem
             for lane in range(T.lanes):
                 if marks[lane] > T.f(0.0):
                     start = low[lane] - T.f(MARGIN)
-                    _fill_lane(S, terrain, m, lane, start, start + m.numbers[F_EXTENT], T)
+                    end = start + m.numbers[m.own_numbers + F_EXTENT]
+                    _fill_lane(S, terrain, m, lane, start, end, T)
 
 
 @ti.func
