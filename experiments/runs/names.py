@@ -21,6 +21,7 @@ __all__ = [
     "RANDOM_GENOMES",
     "RECORDING",
     "RECORDING_MEASURES",
+    "SETTLING",
     "evaluation_file",
     "freezing_file",
 ]
@@ -40,6 +41,7 @@ MATRIX = "matrix.csv"
 RECORDING = "inner_life.npz"
 RECORDING_MEASURES = "inner_life.json"
 RANDOM_GENOMES = "random_genomes.json"
+SETTLING = "settling.csv"
 
 EVALUATION_TERRAINS = 10
 """Unseen terrains of a re-assessment, as in the paper (Sec. IV-A)."""
