@@ -298,14 +298,18 @@ class Simulator(Handled):
 
     def run_closed_loop(
         self, kernel: Callable[[backend.Program], backend.Kernel], controller: Tensor, steps: int
-    ) -> None:
-        """Many steps with a controller inside the kernel (see ``rollout.closed_loop``).
+    ) -> Tensor | None:
+        """Many control steps with a controller inside the kernel.
 
         Args:
-            kernel: gives the kernel for a program; the same one whenever it is asked.
+            kernel: gives the kernel for a program, one of ``kernels.closed_loop``; the same one
+                whenever it is asked.
             controller: the controller's tensor, (groups, items, lanes), of this simulator's dtype,
                 changed in place; its memory in the order of kernels (`backend.unpacked`).
             steps: how many control steps.
+
+        Returns:
+            Readings after the last step, (N, R), or None without sensors.
 
         Raises:
             ValueError: a tensor for other worlds, of another type or in another order.
@@ -328,10 +332,12 @@ class Simulator(Handled):
         engine_steps = steps * self.control_interval
         self._reserve(engine_steps)
         self._center, self._at_start = None, False
+        readings = self._readings()
         for part in self._grouping.parts_for(engine_steps):
             tensors = *self.kernel_tensors(part.program), part.program.packed(controller)
-            kernel(part.program)(*tensors, steps, part.first, part.count, part.chunks)
+            kernel(part.program)(*tensors, readings, 0, steps, part.first, part.count, part.chunks)
         self._steps += engine_steps
+        return self._given(readings)
 
     def _bytes_per_world(self) -> int:
         """Least memory that a world takes, with what is copied when it is made [bytes]."""

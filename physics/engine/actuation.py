@@ -30,15 +30,15 @@ def receive(S: ti.template(), m: ti.template(), number, value, T: ti.template())
 
 
 @ti.func
-def obey(S: ti.template(), m: ti.template(), mf: ti.template(), number, T: ti.template()):
+def obey(S: ti.template(), m: ti.template(), number, T: ti.template()):
     """Sets the actuation of a voxel for the next step as it was told, unless damage keeps it from
     obeying."""
     voxel = S.at[number * lay.VOXEL_ITEMS]
     one = T.vec(1.0)
     clipped = limited(voxel[lay.COMMAND], one, T)
-    if mf[F_LOWPASS] < T.f(1.0):
+    if m.numbers[F_LOWPASS] < T.f(1.0):
         now = voxel[lay.ACTUATION]
-        clipped = now + mf[F_LOWPASS] * (clipped - now)
+        clipped = now + m.numbers[F_LOWPASS] * (clipped - now)
     if ti.static(T.features.varied):
         clipped = clipped * voxel[lay.ACTUATED]
     fails = broken(S, m, voxel, T)
@@ -56,7 +56,7 @@ def obey(S: ti.template(), m: ti.template(), mf: ti.template(), number, T: ti.te
 
 
 @ti.func
-def actuate(S: ti.template(), m: ti.template(), mf: ti.template(), T: ti.template()):
+def actuate(S: ti.template(), m: ti.template(), T: ti.template()):
     """Sets the actuation of all voxels for the next step."""
     for v in range(m.voxels):
-        obey(S, m, mf, v, T)
+        obey(S, m, v, T)

@@ -87,7 +87,7 @@ def _uniforms(bits, T: ti.template()):
 
 
 @ti.func
-def add_to_readings(S: ti.template(), m: ti.template(), mf: ti.template(), T: ti.template()):
+def add_to_readings(S: ti.template(), m: ti.template(), T: ti.template()):
     """Adds normal noise to every reading, each of its own standard deviation; no clipping."""
     step_keys = T.words([key(S, m, lane) for lane in range(T.lanes)])
     for pair in range((m.readings + 1) // 2):
@@ -95,9 +95,11 @@ def add_to_readings(S: ti.template(), m: ti.template(), mf: ti.template(), T: ti
             bits(step_keys, FIRST_NORMAL, pair), bits(step_keys, SECOND_NORMAL, pair), T
         )
         readings = S.at[m.reading_block + 2 * pair]
-        readings[0] = readings[0] + mf[m.noise_table + 2 * pair] * _widened(first, T)
+        readings[0] = readings[0] + m.numbers[m.noise_table + 2 * pair] * _widened(first, T)
         if 2 * pair + 1 < m.readings:
-            readings[1] = readings[1] + mf[m.noise_table + 2 * pair + 1] * _widened(second, T)
+            readings[1] = readings[1] + m.numbers[m.noise_table + 2 * pair + 1] * _widened(
+                second, T
+            )
 
 
 @ti.func

@@ -28,9 +28,7 @@ _SPEED_GAIN = 0.25  # a speed reads 0.5 + 0.5 tanh(speed / 4)
 
 
 @ti.func
-def sense(
-    S: ti.template(), m: ti.template(), mi: ti.template(), mf: ti.template(), T: ti.template()
-):
+def sense(S: ti.template(), m: ti.template(), T: ti.template()):
     """Fills the readings from the state after a step; before the first step windows are empty.
 
     One loop over readings in which each piece of code stands once: kernels compile in a time
@@ -39,8 +37,8 @@ def sense(
     interval = -1  # whose window the header describes
     for r in range(m.readings):
         row = m.reading_table + READING_ROW * r
-        kind = mi[row + RE_KIND]
-        voxel = S.at[mi[row + RE_VOXEL]]
+        kind = m.integers[row + RE_KIND]
+        voxel = S.at[m.integers[row + RE_VOXEL]]
         value = T.vec(0.0)
         if kind == AREA:
             value = T.f(_AREA_GAIN) * (area_ratio(voxel, T) - T.f(1.0))
@@ -49,22 +47,22 @@ def sense(
         else:
             c, s = frame(voxel, T)
             if kind == RAY:
-                value = _cast_ray(S, m, mf, voxel, mi[row + RE_RAY], c, s, T)
+                value = _cast_ray(S, m, voxel, m.integers[row + RE_RAY], c, s, T)
             else:
                 value = _own_velocity(voxel, c, s, kind == VELOCITY_X, T)
-        if mi[row + RE_SLOTS] > 0:
-            if mi[row + RE_INTERVAL] != interval:
-                interval = mi[row + RE_INTERVAL]
-                _find_window(S, m, mi, row, T)
-            value = _average(S, m, mi, row, value, T)
+        if m.integers[row + RE_SLOTS] > 0:
+            if m.integers[row + RE_INTERVAL] != interval:
+                interval = m.integers[row + RE_INTERVAL]
+                _find_window(S, m, row, T)
+            value = _average(S, m, row, value, T)
         if kind != TOUCH and kind != RAY:
             value = T.f(0.5) + T.f(0.5) * tanh(value, T)
         S[m.reading_block + r] = value
-    if mf[F_NOISE] > T.f(0.0):
-        noise.add_to_readings(S, m, mf, T)
+    if m.numbers[F_NOISE] > T.f(0.0):
+        noise.add_to_readings(S, m, T)
     if m.damage_mode == BLIND:
         for r in range(m.readings):
-            voxel = S.at[mi[m.reading_table + READING_ROW * r + RE_VOXEL]]
+            voxel = S.at[m.integers[m.reading_table + READING_ROW * r + RE_VOXEL]]
             reading = S.at[m.reading_block + r]
             reading[0] = ti.select(broken(S, m, voxel, T), T.vec(0.0), reading[0])
 
@@ -128,26 +126,28 @@ def _own_velocity(voxel: ti.template(), c, s, along_x, T: ti.template()):
 
 
 @ti.func
-def _find_window(S: ti.template(), m: ti.template(), mi: ti.template(), row, T: ti.template()):
+def _find_window(S: ti.template(), m: ti.template(), row, T: ti.template()):
     """Where the window over a reading's interval stands after this step, lane by lane.
 
     Each lane has its own step count k: the sample goes to slot k mod slots, and the window
     holds the last ``interval_table[k]`` samples.
     """
-    slots = mi[row + RE_SLOTS]
-    table = m.interval_table + mi[row + RE_INTERVAL] * m.interval_steps
+    slots = m.integers[row + RE_SLOTS]
+    table = m.interval_table + m.integers[row + RE_INTERVAL] * m.interval_steps
     for lane in range(T.lanes):
         k = ti.cast(S[m.header + lay.H_STEP][lane], ti.i32)
         S[m.header + lay.H_PLACE][lane] = ti.cast(k % slots, T.f)
-        S[m.header + lay.H_LENGTH][lane] = ti.cast(mi[table + k - 1], T.f) if k > 0 else T.f(0.0)
+        S[m.header + lay.H_LENGTH][lane] = (
+            ti.cast(m.integers[table + k - 1], T.f) if k > 0 else T.f(0.0)
+        )
 
 
 @ti.func
-def _average(S: ti.template(), m: ti.template(), mi: ti.template(), row, value, T: ti.template()):
+def _average(S: ti.template(), m: ti.template(), row, value, T: ti.template()):
     """Puts a sample into a reading's ring and averages its window; before the first step the
     value is 0."""
-    slots = mi[row + RE_SLOTS]
-    ring = m.rings + mi[row + RE_RING]
+    slots = m.integers[row + RE_SLOTS]
+    ring = m.rings + m.integers[row + RE_RING]
     place = S[m.header + lay.H_PLACE]
     length = S[m.header + lay.H_LENGTH]
     total = T.vec(0.0)
@@ -167,7 +167,6 @@ def _average(S: ti.template(), m: ti.template(), mi: ti.template(), row, value, 
 def _cast_ray(
     S: ti.template(),
     m: ti.template(),
-    mf: ti.template(),
     voxel: ti.template(),
     ray,
     c,
@@ -184,7 +183,7 @@ def _cast_ray(
     y = y * T.f(0.25)
     zero = T.vec(0.0)
     numbers = F_RAYS + F_RAY_ROW * ray
-    cr, sr, far = mf[numbers], mf[numbers + 1], mf[numbers + 2]
+    cr, sr, far = m.numbers[numbers], m.numbers[numbers + 1], m.numbers[numbers + 2]
     ux = c * cr - s * sr
     uy = s * cr + c * sr
     nearest = T.vec(far)

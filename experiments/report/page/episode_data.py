@@ -11,7 +11,13 @@ import numpy as np
 from experiments.analysis.trajectory import Trajectory
 from physics.render.frame import voxel_outlines
 
-__all__ = ["episode_data"]
+__all__ = ["EVERY", "WEIGHTS_EVERY", "episode_data"]
+
+EVERY = 2
+"""Control steps between two instants of an episode on a page: 30 per second."""
+
+WEIGHTS_EVERY = 0.5
+"""Seconds between two looks at the weights."""
 
 _CENTIMETRES = 100.0
 _MOST_SYNAPSES = 4000  # of a layer; of a larger one, so many are chosen evenly

@@ -40,7 +40,7 @@ def write_page(folder: Path, out: Path | None = None, seed: int = 0) -> Path:
     else:
         from experiments.report.page.campaign_page import campaign_page
 
-        content = campaign_page(folder)
+        content = campaign_page(folder, seed)
     write_atomically(out, content.encode())
     terminal.say(f"wrote {out}; open it in a browser, no network is needed")
     return out

@@ -29,12 +29,11 @@ def update_window(
     S: ti.template(),
     terrain: ti.template(),
     m: ti.template(),
-    mf: ti.template(),
     T: ti.template(),
 ):
     """Keeps the segments within reach of every square of each robot in the window."""
     if m.segments > 0:
-        reach = mf[F_REACH]
+        reach = m.numbers[F_REACH]
         low = T.vec(_FAR)
         high = T.vec(-_FAR)
         for v in range(m.voxels):
@@ -50,7 +49,7 @@ def update_window(
             for lane in range(T.lanes):
                 if marks[lane] > T.f(0.0):
                     start = low[lane] - T.f(MARGIN)
-                    _fill_lane(S, terrain, m, lane, start, start + mf[F_EXTENT], T)
+                    _fill_lane(S, terrain, m, lane, start, start + m.numbers[F_EXTENT], T)
 
 
 @ti.func
@@ -101,11 +100,11 @@ def _fill_lane(
 
 
 @ti.func
-def detect(S: ti.template(), lists: ti.template(), m: ti.template(), T: ti.template()):
+def detect(S: ti.template(), m: ti.template(), T: ti.template()):
     """Finds the contacts of the poses reached; points found again keep their impulses."""
-    old = lists[lay.L_CONTACTS]
+    old = S.lists[lay.L_CONTACTS]
     for n in range(old):
-        _forget(S.at[lists[m.contact_list + 2 * n]], T)
+        _forget(S.at[S.lists[m.contact_list + 2 * n]], T)
     count = 0
     for v in range(m.voxels):
         block = v * lay.VOXEL_ITEMS
@@ -113,14 +112,14 @@ def detect(S: ti.template(), lists: ti.template(), m: ti.template(), T: ti.templ
         for k in range(4 * lay.PAIRS_PER_BODY):
             if touched & (1 << k):
                 entry = m.contact_list_new + 2 * count
-                lists[entry] = block + lay.PAIRS + k * lay.PAIR_ITEMS
-                lists[entry + 1] = block + (k // lay.PAIRS_PER_BODY) * lay.BODY_ITEMS
+                S.lists[entry] = block + lay.PAIRS + k * lay.PAIR_ITEMS
+                S.lists[entry + 1] = block + (k // lay.PAIRS_PER_BODY) * lay.BODY_ITEMS
                 count += 1
     for n in range(old):
-        _drop_lost(S.at[lists[m.contact_list + 2 * n]], T)
+        _drop_lost(S.at[S.lists[m.contact_list + 2 * n]], T)
     for n in range(2 * count):
-        lists[m.contact_list + n] = lists[m.contact_list_new + n]
-    lists[lay.L_CONTACTS] = count
+        S.lists[m.contact_list + n] = S.lists[m.contact_list_new + n]
+    S.lists[lay.L_CONTACTS] = count
 
 
 @ti.func

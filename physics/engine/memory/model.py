@@ -3,6 +3,7 @@
 import itertools
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -120,9 +121,40 @@ _KINDS = {
 
 
 @ti.func
-def load_sizes(mi: ti.template()):
+def load_sizes(integers: ti.template()):
     """The sizes of the model, read once at the start of a kernel."""
-    return Sizes(*[mi[k] for k in ti.static(range(len(_SIZES)))])
+    return Sizes(*[integers[k] for k in ti.static(range(len(_SIZES)))])
+
+
+class Tables:
+    """The model in a kernel, where it is called m: a size by its name, such as `m.voxels`.
+
+    It exists while a kernel is compiled only, and leaves no trace in it.
+
+    Attributes:
+        integers: the table of I_*, an argument of the kernel.
+        numbers: the table of F_*, likewise.
+        stages: mask of the stages of `engine.step` that are taken.
+    """
+
+    _data_oriented = True  # lets Taichi pass it on as it is
+
+    def __init__(self, sizes: Any, integers: Any, numbers: Any, stages: Any = -1) -> None:
+        """What a kernel was given.
+
+        Args:
+            sizes: what `load_sizes` found.
+            integers: the table of I_*.
+            numbers: the table of F_*.
+            stages: see the attribute; all by default, which the compiler knows.
+        """
+        self._sizes = sizes
+        self.stages = stages
+        self.integers = integers
+        self.numbers = numbers
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._sizes, name)
 
 
 @dataclass(frozen=True)
