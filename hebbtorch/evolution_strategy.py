@@ -53,7 +53,7 @@ def next_population(
     """One generation of Algorithm 1.
 
     Args:
-        genomes: (n, G).
+        genomes: The present population, (n, G).
         order: indices of the n individuals from the best to the worst.
         n_parents: how many of the best are parents.
         sigma: standard deviation of the mutations.
@@ -93,11 +93,11 @@ class EvolutionStrategy:
             with the number of populations told so far.
         parents: fraction of the population that are parents (rounded down, at least 1).
         runs: independent runs, advanced together.
-        seed: of the first run; run r has seed + r.
-        dtype: of the genomes.
-        initial: to start from what is known instead of from draws: a genome (G,), which becomes
-            individual 0 and, mutated, the others; or a whole population, (population, G). With
-            runs > 1 these may have a first dimension of runs.
+        seed: The seed of the first run; run r has seed + r.
+        dtype: The data type of the genomes.
+        initial: What to start from instead of from draws: a genome (G,), which becomes individual 0
+            and, mutated, the others; or a whole population, (population, G). With runs > 1 these
+            may have a first dimension of runs.
 
     Attributes:
         generation: number of populations told so far.

@@ -84,7 +84,7 @@ def term_shares(layer: HebbianLinear, x: Tensor, y: Tensor) -> dict[str, Tensor]
     Args:
         layer: whose rules they are.
         x: activations of the pre-synaptic neurons, (*lead, in).
-        y: of the post-synaptic ones, (*lead, out).
+        y: Activations of the post-synaptic neurons, (*lead, out).
 
     Returns:
         share_A, share_B, share_C and share_D, (*lead,) each; NaN where nothing changes.

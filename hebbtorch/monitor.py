@@ -35,7 +35,7 @@ class Course:
     Attributes:
         steps: numbers of the steps, from 1, (T,).
         weights: after each step, one (T, out, in) per layer.
-        activations: of the post-synaptic neurons, one (T, out) per layer.
+        activations: The activations of the post-synaptic neurons, one (T, out) per layer.
     """
 
     steps: Tensor
@@ -176,9 +176,9 @@ class Monitor:
         """Look at one step that was made where hooks do not see it.
 
         Args:
-            activations: of the inputs and of every layer, (individuals, neurons).
+            activations: The activations of the inputs and of every layer, (individuals, neurons).
             before: weights of every layer before the step, (*lead, out, in).
-            after: after it.
+            after: The weights after the step.
         """
         for k, (old, new) in enumerate(zip(before, after, strict=True)):
             self._lived[k] += 1

@@ -38,7 +38,7 @@ class NeuronGenes(nn.Module):
         terms: which of the rule's terms exist.
         eta: learning rate; "evolved" gives each neuron a gene.
         population: P, dimensions of the population.
-        dtype: of the genes.
+        dtype: The data type of the genes.
         device: where they live.
     """
 

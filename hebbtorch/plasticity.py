@@ -96,7 +96,7 @@ class Plasticity:
 
         Args:
             weights: (*batch, *P, out, in).
-            rule: the layer's.
+            rule: The layer's learning rule.
         """
         *lead, n_out, n_in = weights.shape
         shapes = {
@@ -132,7 +132,7 @@ class Plasticity:
 
         Args:
             rule: what changes the weights.
-            coefficients: of the rule, by name, each broadcastable to the weights.
+            coefficients: The coefficients of the rule, by name, each broadcastable to the weights.
             eta: learning rate, a number or broadcastable to the weights.
             weights: (*batch, *P, out, in).
             memory: see `initial_memory`.

@@ -45,10 +45,10 @@ def draw_weights(
         init: "zeros"; "uniform", U(-1, 1); "normal", N(0, 1); "kaiming", N(0, 2 / in) (He et al.
             2015); a tensor that broadcasts to the shape; or a callable (shape, generator) ->
             tensor.
-        shape: of the result.
+        shape: The shape of the result.
         generator: as in `draw_uniform`.
-        dtype: of the result.
-        device: of the result.
+        dtype: The data type of the result.
+        device: The device of the result.
 
     Raises:
         ValueError: a wrong number of generators, or weights of another shape.
@@ -82,8 +82,8 @@ def draw_uniform(
         generator: one generator for everything, None for torch's default one, or a sequence of
             one generator per entry of the first dimension: each entry is then what its generator
             alone would give, whoever else is in the batch.
-        dtype: of the result.
-        device: of the result.
+        dtype: The data type of the result.
+        device: The device of the result.
 
     Raises:
         ValueError: the sequence's length is not that of the first dimension.

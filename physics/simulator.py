@@ -68,7 +68,7 @@ class Simulator(Handled):
         Args:
             shape: name ("biped-4x3"), 2-D 0/1 array with the top row first, or Morphology.
             terrain: one for all worlds, a list of N, or None (no ground).
-            n_worlds: N.
+            n_worlds: The number of worlds, N.
             sensors: "low", "medium", "high", an Apparatus, or None.
             noise: standard deviation of the readings' noise, in units of each sensor's range; or
                 one for each kind of sensor, {"area": 0.01, "lidar": 0.1}, none for others.
@@ -76,14 +76,15 @@ class Simulator(Handled):
             dtype: torch.float32 or torch.float64.
             device: where the state lives: "cpu", or "cuda" where PyTorch finds a GPU; a process
                 simulates on one of them.
-            seed: of noise and damage: an integer, from which every world's seed is derived, or
-                N integers, one per world.
+            seed: The seed of noise and damage: an integer, from which every world's seed is
+                derived, or N integers, one per world.
             damage: when and how voxels break.
             lifetime: [s], one for all or N of them; a world that reaches it stands still.
             engine: settings of the solver.
             friction: coefficient between a square and the ground, as `Engine.friction`; one for all
                 worlds or N of them.
-            spring_frequency: of the voxels' springs [Hz], likewise.
+            spring_frequency: The frequency of the voxels' springs [Hz], one for all worlds or N of
+                them.
             spring_damping: their damping ratio, likewise.
             control_interval: engine steps of 1/60 s in a control step. `step`, `run` and
                 controllers in the kernel act once per control step; sensors sample, and voxels
@@ -91,7 +92,7 @@ class Simulator(Handled):
             control_delay: control steps that a command waits before it acts.
             actuation_cutoff: cut-off frequency [Hz] of a first-order low-pass between commands and
                 actuation; None: actuation follows at once.
-            threads: at most so many; None: all cores.
+            threads: The most threads to use; None: all cores.
             lanes: worlds per vector; None: the fastest; 1 gives the scalar program, for checks.
 
         Raises:
@@ -203,8 +204,7 @@ class Simulator(Handled):
         if fresh is not None:
             self._batch.set_seeds(chosen, fresh)
         else:
-            steps = self._state.header(lay.H_STEP).flatten()[torch.from_numpy(chosen)]
-            self._batch.count_episodes(chosen, (steps > 0).cpu().numpy())
+            self._batch.count_episodes(chosen, (self._state.steps() > 0).cpu().numpy()[chosen])
         if grounds is not None and self._batch.set_terrains(chosen, grounds):
             self._widen()
         self._begin(chosen)
@@ -250,7 +250,7 @@ class Simulator(Handled):
         if self.device.type == "cpu":
             checks.finite_numbers(name, actions)
         steps = len(actions) * self.control_interval
-        self._reserve(steps)
+        self._require_countable(steps)
         readings = self._readings()
         self._at_start = False
         self._play(actions, readings, 0, steps)
@@ -261,8 +261,9 @@ class Simulator(Handled):
         """Many control steps with a policy in PyTorch.
 
         Args:
-            policy: from readings (N, R) to actuation (N, V); it is called without gradients.
-            steps: T.
+            policy: A function from readings (N, R) to actuation (N, V); it is called without
+                gradients.
+            steps: The number of control steps, T.
             every: control steps between two calls of the policy, which act under the same
                 actuation. (`control_interval` makes control steps longer instead.)
 
@@ -330,7 +331,7 @@ class Simulator(Handled):
                 f"{controller.dtype} with strides {controller.stride()}"
             )
         engine_steps = steps * self.control_interval
-        self._reserve(engine_steps)
+        self._require_countable(engine_steps)
         self._center, self._at_start = None, False
         readings = self._readings()
         for part in self._grouping.parts_for(engine_steps):

@@ -35,7 +35,7 @@ def film_beside(
     """Film the champion of a run beside others: beside.mp4 and, if it is short, beside.gif.
 
     Args:
-        folder: of the run.
+        folder: The folder of the run.
         others: "damaged", "frozen", "generation-N" (the best of a generation in the run's archive),
             or folders of other runs.
         run: which champion of `folder`, as in `film.film_run`.

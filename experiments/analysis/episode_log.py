@@ -28,11 +28,11 @@ def log_episode(folder: Path, config: EvolveConfig, genome: Tensor, seed: int = 
     """Let a champion act once more, and show its weights and activations second by second.
 
     Args:
-        folder: of the TensorBoard run of its evolution; the files go into its folder `life`, in
-            place of those of an earlier call.
-        config: of its evolution.
-        genome: shape (G,).
-        seed: of terrain, sensor noise, damage and initial weights.
+        folder: The folder of the TensorBoard run of its evolution; the files go into its folder
+            `life`, in place of those of an earlier call.
+        config: The options of its evolution.
+        genome: The champion's genome, shape (G,).
+        seed: The seed of terrain, sensor noise, damage and initial weights.
 
     Returns:
         The folder `life`.

@@ -48,11 +48,11 @@ def film_run(
     """Film the champion of a run: gait.png, gait.mp4 and, if it is short, gait.gif.
 
     Args:
-        folder: of the run.
+        folder: The folder of the run.
         run: which one, of several; by default the one with the fittest champion.
         out: folder for the files, created if need be; by default the run's.
-        seed: of terrain, sensor noise, damage and initial weights: the episode is that of the
-            re-assessment on terrain ``seed``.
+        seed: The seed of terrain, sensor noise, damage and initial weights: the episode is that of
+            the re-assessment on terrain ``seed``.
         start: when the film begins [s]; by default after the robot has learned to walk.
         seconds: length of the film [s], cut at the end of the episode.
         mp4: whether to write the MP4 too, which takes the longest.
@@ -153,8 +153,9 @@ def side_by_side(
     """The pictures of a film, drawn one by one, of one robot or of several at the same times.
 
     Args:
-        courses: of the robots, each under its name; they may differ in length.
-        width: of the picture [pixels].
+        courses: The recorded episodes of the robots, each under its name; they may differ in
+            length.
+        width: The width of the picture [pixels].
         fps: pictures per second.
         options: how it looks.
         at_most: so many pictures, spread over the film, instead of all.

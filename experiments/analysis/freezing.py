@@ -113,8 +113,8 @@ class Freezing:
         """Show them in TensorBoard, by the seconds of the champions' episodes.
 
         Args:
-            folder: of the run.
-            runs: of the evolution.
+            folder: The folder of the run.
+            runs: The number of runs of the evolution.
         """
         for path, speeds in zip(run_folders(folder, runs), self.speeds.nanmean(-1), strict=True):
             with EventFile(path / "life", part="freeze") as file:
@@ -150,7 +150,7 @@ def freeze_run(folder: Path, n_terrains: int, seed: int, out: Path | None) -> No
     """Freeze the champions of a run, print a summary, write every speed and a picture.
 
     Args:
-        folder: of the run.
+        folder: The folder of the run.
         n_terrains: terrains on which each snapshot is assessed.
         seed: decides noise, damage and the initial weights.
         out: the CSV file; by default freeze.csv in the run's folder, with a longer name for other
@@ -203,8 +203,8 @@ def training_and_test(
     """Where champions learn, and the other unseen terrains on which their weights are judged.
 
     Args:
-        config: of their evolution. Where its terrain is a full name, or flat, that one is met
-            every time, with other noise and damage.
+        config: The options of their evolution. Where its terrain is a full name, or flat, that one
+            is met every time, with other noise and damage.
         n_terrains: number of the other terrains.
         seed: decides noise, damage and the initial weights.
 
@@ -227,7 +227,7 @@ def learn(
     """Weights of individuals at several times of one episode.
 
     Args:
-        config: of their evolution.
+        config: The options of their evolution.
         genomes: shape (K, G).
         seconds: B times, ascending [s]; 0 is the start.
         training: the one scenario that all of them meet.
@@ -249,11 +249,11 @@ def act(
     """Speeds of networks whose weights stay as they are.
 
     Args:
-        config: of the evolution of the individuals.
+        config: The options of the evolution of the individuals.
         weights: per layer, shape (B, K, out, in).
         test: S scenarios, the same for all.
-        genomes: of the individuals, shape (K, G): whatever besides the weights makes a network is
-            in them, such as biases. Needed only for options that have it.
+        genomes: The genomes of the individuals, shape (K, G): they hold whatever besides the
+            weights makes a network, such as biases. Needed only for options that have it.
 
     Returns:
         Speeds [m/s], shape (B, K, S), float64, NaN where the episode failed.

@@ -53,14 +53,14 @@ class Recording:
     """The episodes of K champions; T control steps, of which the last L are kept in detail.
 
     Attributes:
-        times: at which the weights were taken [s].
+        times: The times at which the weights were taken [s].
         weights: per layer, shape (K, times, out, in), float32.
-        histograms: of the activations over the whole episode, shape (K, layers, 40), counts in
-            equal bins from -1 to 1; layers are the hidden and the output one.
+        histograms: The histograms of the activations over the whole episode, shape (K, layers, 40),
+            counts in equal bins from -1 to 1; layers are the hidden and the output one.
         activations: per layer, shape (K, L, neurons), float16.
-        areas: of the voxels over those at rest, shape (K, L, V), float16.
+        areas: The areas of the voxels over those at rest, shape (K, L, V), float16.
         touching: whether the voxels touch the ground, shape (K, L, V), bool.
-        way: of the robot's centre [m], shape (K, T, 2), float32.
+        way: The path of the robot's centre [m], shape (K, T, 2), float32.
         terms: summed sizes of the terms A, B, C, D of all changes of weights in the second that
             ends at each of the times, shape (K, times, 4), float64.
         step: length of a control step [s].
@@ -112,7 +112,7 @@ def write(folder: Path, seed: int = 0) -> Path:
     """Observe the champions of a run and write both files into its folder.
 
     Args:
-        folder: of the run.
+        folder: The folder of the run.
         seed: decides noise, damage and the initial weights.
 
     Returns:
@@ -136,7 +136,7 @@ def write_random(folder: Path, seed: int = 0) -> Path:
     They are the first population of the run's evolution (of its first run, if it has several).
 
     Args:
-        folder: of the run.
+        folder: The folder of the run.
         seed: decides noise, damage and the initial weights.
 
     Returns:
@@ -173,7 +173,7 @@ def observe(config: EvolveConfig, genomes: Tensor, training: Scenarios) -> Recor
     """Let plastic individuals live, and record their weights, neurons and bodies.
 
     Args:
-        config: of their evolution.
+        config: The options of their evolution.
         genomes: shape (K, G).
         training: the one scenario that all of them meet.
     """

@@ -19,7 +19,7 @@ from experiments.rollout.control_loop import ControlLoop
 from experiments.rollout.episode import start_episode
 from experiments.rollout.scenarios import Scenarios
 from physics import DT, Apparatus, Simulator, Terrain, steps_in
-from physics.render.draw import Frame
+from physics.render import Frame
 
 __all__ = ["Trajectory", "lidar_rays", "record"]
 
@@ -33,18 +33,18 @@ class Trajectory:
     """T instants of one robot with V voxels.
 
     Attributes:
-        config: the conditions.
-        terrain: the ground.
-        apparatus: the sensors.
-        times: of the instants [s], shape (T,).
-        poses: of the squares, shape (T, V, 4, 3), float32.
-        actuation: in force in the step that ends at the instant, shape (T, V).
-        areas: of the voxels over those at rest, shape (T, V).
+        config: The options that the controller evolved under.
+        terrain: The terrain that the robot moves on.
+        apparatus: The robot's sensors.
+        times: The times of the instants [s], shape (T,).
+        poses: The poses of the squares, shape (T, V, 4, 3), float32.
+        actuation: The actuation in force in the step that ends at each instant, shape (T, V).
+        areas: The areas of the voxels over those at rest, shape (T, V).
         touching: whether voxels touch the ground, shape (T, V), bool.
         broken: whether voxels no longer work, shape (T, V), bool.
-        readings: of the sensors, shape (T, R).
-        activations: of each layer's neurons, inputs first, shape (T, neurons); none where the
-            network is driven step by step through PyTorch.
+        readings: The readings of the sensors, shape (T, R).
+        activations: The activations of each layer's neurons, inputs first, shape (T, neurons); none
+            where the network is driven step by step through PyTorch.
         weight_times: when weights were looked at [s], shape (W,).
         weights: per layer, shape (W, out, in).
     """
@@ -88,7 +88,7 @@ class Trajectory:
         """Instants ready to be drawn.
 
         Args:
-            chosen: their indices.
+            chosen: The indices of the instants.
             by_area: whether voxels are coloured by their area instead of their actuation.
         """
         return [self._frame(i, by_area) for i in np.arange(len(self.times))[chosen].tolist()]
@@ -120,9 +120,9 @@ def record(
     """Let one individual act and record its course.
 
     Args:
-        config: the conditions.
-        genome: shape (G,).
-        seed: of terrain, sensor noise, damage and initial weights.
+        config: The options that the controller evolved under.
+        genome: The champion's genome, shape (G,).
+        seed: The seed of terrain, sensor noise, damage and initial weights.
         start: when the recording begins [s]; by default after the robot has learned to walk.
         seconds: length of the recording [s], cut at the end of the episode; by default all of it.
         every: control steps between two instants.
@@ -176,9 +176,9 @@ def lidar_rays(
     """What a robot sees: its lidars' rays, as long as they read.
 
     Args:
-        poses: of the squares, shape (V, 4, 3).
-        readings: shape (R,).
-        apparatus: of the robot.
+        poses: The poses of the squares, shape (V, 4, 3).
+        readings: The robot's readings, shape (R,).
+        apparatus: The sensors of the robot.
 
     Returns:
         Start and end of each ray [m], shape (K, 2, 2), and whether it ends on something, shape

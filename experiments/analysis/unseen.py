@@ -35,7 +35,7 @@ class Assessment:
     """Speeds of the champions of a run on unseen terrains.
 
     Attributes:
-        champions: of the run.
+        champions: The champions of the run.
         config: the conditions that they met.
         scenarios: S of them.
         speeds: [m/s], shape (runs, S), float64, NaN where the episode failed.
@@ -50,7 +50,7 @@ class Assessment:
         """Show each run's median in TensorBoard, at the last generation.
 
         Args:
-            folder: of the run.
+            folder: The folder of the run.
         """
         config = self.config
         name = f"evaluation-{config.terrain}-{config.damage}"
@@ -74,7 +74,7 @@ def speeds_on(config: EvolveConfig, genomes: Tensor, scenarios: Scenarios) -> Te
     """Speeds of individuals, each in each of several scenarios.
 
     Args:
-        config: of their evolution, or with another `damage`.
+        config: The options of their evolution, or with another `damage`.
         genomes: shape (K, G).
         scenarios: S of them.
 
@@ -94,7 +94,7 @@ def reassess(
     """Speeds of individuals, each on each of several terrains of one kind.
 
     Args:
-        config: of their evolution, or with another `terrain` or `damage`.
+        config: The options of their evolution, or with another `terrain` or `damage`.
         genomes: shape (K, G).
         terrain_seeds: as in `Scenarios.unseen`.
         seed: as in `Scenarios.unseen`.
@@ -115,7 +115,7 @@ def assess(
     """Re-assess the champions of a run; nothing is written.
 
     Args:
-        folder: of the run.
+        folder: The folder of the run.
         n_terrains: number of unseen terrains.
         terrain: kind of terrain; None for the run's.
         damage: "none" or "half"; None for the run's.

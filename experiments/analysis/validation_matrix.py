@@ -54,7 +54,7 @@ def validate(champions: Champions, seed: int = 0) -> Matrix:
     """Let champions live, as plastic as they are, under every condition.
 
     Args:
-        champions: of any controller.
+        champions: The champions of any controller.
         seed: decides noise, damage and the initial weights.
     """
     terrain_seeds = seeds.unseen_terrain_seeds(_SEEDS)

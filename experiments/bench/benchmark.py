@@ -52,8 +52,9 @@ def bench(
         out: folder for the table in JSON and in Markdown, bench.json and bench.md.
         quick: whether to take fewer and shorter measurements.
         profile: whether to tell where the time of a step goes, too.
-        seed: of gaits, genomes and terrains.
-        threads: of the evolution; all cores if not given. All else runs on one.
+        seed: The seed of gaits, genomes and terrains.
+        threads: The number of threads of the evolution; all cores if not given. All else runs on
+            one.
         against: another checkout of this project; only how the two compare is measured then.
 
     Raises:

@@ -44,9 +44,9 @@ class Comparison:
     """The same work, done by two programs.
 
     Attributes:
-        what: the work.
+        what: The name of the work that is timed.
         there: CPU time per robot-step of the other checkout [us], one figure per pair.
-        here: of this program, likewise.
+        here: The times of this program, likewise.
         same_bits: whether all robots ended in the same poses, bit for bit.
     """
 
@@ -138,9 +138,9 @@ def compare(checkout: Path, setting: Setting, kind: str, shape: str) -> Comparis
 
     Args:
         checkout: folder of the other program, as `git worktree add` or `git clone` makes it.
-        setting: how much.
+        setting: How much is measured.
         kind: "open", "hebbian", "mlp" or "own".
-        shape: of the robots.
+        shape: The shape of the robots.
 
     Raises:
         ValueError: the folder holds no such program.

@@ -12,9 +12,7 @@ from torch import Tensor
 from experiments.bench.workload import Workload
 from physics import backend
 from physics.backend import ti
-from physics.engine import step
-from physics.engine.memory.model import F_NOISE, Tables, load_sizes
-from physics.engine.sensing import sense
+from physics.engine import F_NOISE, Tables, load_sizes, sense, step
 
 __all__ = ["STAGES", "PartialStep"]
 
@@ -96,7 +94,7 @@ class PartialStep:
 
         Args:
             stages: sum of those in `STAGES`.
-            times: how often.
+            times: How often the step is taken.
             noise: whether the sensors have any.
 
         Returns:

@@ -55,7 +55,8 @@ def bench(
         quick: Measure less, in one to two minutes; by default it takes three to five.
         profile: Tell where the time of a robot-step goes, too.
         seed: Decides gaits, genomes and terrains.
-        threads: Of the evolution; all cores if not given. All else is measured on one.
+        threads: The number of threads of the evolution; all cores if not given. All else is
+            measured on one.
         against: Another checkout of this project: measure both in turns, and only that.
     """
     from experiments.bench import bench as run_bench

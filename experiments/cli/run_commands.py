@@ -29,7 +29,7 @@ def evolve(
         hebbtorch evolve --resume runs/first
 
     Args:
-        options: of the evolution, by their groups.
+        options: The options of the evolution, by their groups.
         out: New folder for the run; by default, a free name in runs/.
         resume: Folder of a run to go on with, exactly; its options are those it has. With
             --generations beside it, the run gets that length.

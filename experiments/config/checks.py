@@ -95,7 +95,7 @@ def _check_numbers(config: Any) -> None:
         raise ValueError(
             f"damage_probability: expected a number in [0, 1], got {config.damage_probability!r}"
         )
-    from physics.scene.clock import steps_in
+    from physics import steps_in
 
     steps_in(config.duration)
     if config.sigma == 0:

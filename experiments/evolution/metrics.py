@@ -25,8 +25,8 @@ def measure(
     Args:
         genomes: shape (population, G).
         failed: whose world became non-finite, shape (population,).
-        weights: of each layer at the end of the episodes, shapes (population, synapses); none of
-            static controllers, whose weights are their genomes.
+        weights: The weights of each layer at the end of the episodes, shapes (population,
+            synapses); none of static controllers, whose weights are their genomes.
         seconds: wall time of this generation [s].
         robot_steps: steps of 1/60 s that all robots of this population made.
     """
@@ -57,7 +57,7 @@ def _diverged(sizes: Tensor) -> float:
     """Share of weights more than ten times as large as the median one of their network.
 
     Args:
-        sizes: of all weights, shape (population, synapses).
+        sizes: The sizes of all weights, shape (population, synapses).
     """
     return (sizes > DIVERGED * sizes.median(1, keepdim=True).values).double().mean().item()
 

@@ -23,7 +23,7 @@ from experiments.rollout.episode import Episode, start_episode
 from experiments.rollout.scenarios import Scenarios
 from experiments.runs.archive import ARCHIVE_INTERVAL
 from physics import DT
-from physics.render.draw import Frame
+from physics.render import Frame
 
 __all__ = [
     "Observation",
@@ -49,7 +49,8 @@ class Observation:
     Attributes:
         metrics: numbers by their tags; None where there is nothing to tell.
         frames: the last seconds of the first episode; none if it failed.
-        weights: of each layer at the end, shape (out, in); none for a static controller.
+        weights: The weights of each layer at the end, shape (out, in); none for a static
+            controller.
         rules: the coefficients A, B, C and D of each layer, by "A/layer0" and so on.
     """
 
@@ -83,7 +84,7 @@ class Observer:
     """Looks at the champions of an evolution.
 
     Attributes:
-        terrain: of the first episode, which is filmed.
+        terrain: The terrain of the first episode, which is filmed.
     """
 
     def __init__(self, config: EvolveConfig) -> None:
@@ -147,7 +148,7 @@ class _Watch:
         at the bodies in the last seconds.
 
         Args:
-            film_seconds: at the end that are filmed [s].
+            film_seconds: How much of the end of the episode is filmed [s].
 
         Returns:
             Their speeds [m/s], NaN where one failed.

@@ -17,7 +17,7 @@ def write_csv(path: Path, columns: Sequence[str], rows: Iterable[Sequence[Any]])
     """Replace a file by a table; floats with every digit, "nan" where there is no number.
 
     Args:
-        path: the file.
+        path: The file to write.
         columns: their names, the first line.
         rows: one value per column each.
 

@@ -36,8 +36,8 @@ class FinishedRuns:
     Attributes:
         config: the options, but for those that only say which runs and how they were computed.
         sources: folder, run within it and seed of each run.
-        fitness: of each run's champion, as evaluated in evolution [m/s], shape (runs,), NaN where
-            it failed.
+        fitness: The fitness of each run's champion as evaluated in evolution [m/s], shape (runs,),
+            NaN where it failed.
     """
 
     config: EvolveConfig

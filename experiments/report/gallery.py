@@ -23,7 +23,7 @@ def draw_all(
     Args:
         roots: folders with finished runs at or below them, or packed campaigns.
         out: folder for the files, created if need be; by default `figures` in the first root.
-        seed: of the bootstrap intervals.
+        seed: The seed of the bootstrap intervals.
         print_quality: whether to keep the figures in PDF, too.
 
     Returns:

@@ -37,9 +37,10 @@ class TorchLoop:
         """Act, sense and compute the next actuation, for some control steps.
 
         Args:
-            sim: The worlds.
-            steps: How many.
-            monitor: Of this network; nothing to do here, for its hooks see every step.
+            sim: The simulator of the worlds.
+            steps: The number of control steps.
+            monitor: A monitor of this network; nothing is to be done here, for its hooks see every
+                step.
         """
         for _ in range(steps):
             readings = sim.step(self._actuation)

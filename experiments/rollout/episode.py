@@ -67,10 +67,10 @@ class Episode:
         """Reset the worlds, and hand the robots to their networks.
 
         Args:
-            sim: N worlds.
+            sim: A simulator of N worlds.
             network: N networks, with their genomes.
             duration: Length of the episode [s], rounded up to whole control steps.
-            state: Of the networks at the beginning; by default their `initial_state()`.
+            state: The state of the networks at the beginning; by default their `initial_state()`.
             loop: See `control_loop`.
 
         Raises:
@@ -92,8 +92,8 @@ class Episode:
         """Go on for some control steps.
 
         Args:
-            steps: How many.
-            monitor: Of the network, to be filled.
+            steps: The number of control steps.
+            monitor: A monitor of the network, which is filled.
         """
         if self._first is None and steps > 0:
             self.loop.run(self.sim, 1, monitor)

@@ -36,8 +36,9 @@ class Evaluator:
 
         Args:
             genomes: Shape (runs, population, G).
-            generation: From 1; with the seed of a run and the index of an individual it decides
-                the terrain, the noise, the damage and the initial weights.
+            generation: The number of the generation, from 1; with the seed of a run and the index
+                of an individual it decides the terrain, the noise, the damage and the initial
+                weights.
 
         Returns:
             What came out for all individuals, run by run; N = runs * population.
@@ -85,7 +86,7 @@ class Fitness:
 
         Args:
             genomes: Shape (B, G), any B.
-            generation: From 1.
+            generation: The number of the generation, from 1.
 
         Returns:
             Values of shape (B,), or (B, K) for an objective with K values; NaN where the

@@ -57,7 +57,7 @@ def evaluation_file(
     Args:
         config: The conditions: terrain and damage.
         n_terrains: Number of unseen terrains.
-        seed: Of noise, damage and initial weights.
+        seed: The seed of noise, damage and initial weights.
     """
     other = _other_terrains(n_terrains, EVALUATION_TERRAINS, seed)
     return f"evaluation-{config.terrain}-{config.damage}{other}.csv"
@@ -68,7 +68,7 @@ def freezing_file(n_terrains: int = FREEZING_TERRAINS, seed: int = 0) -> str:
 
     Args:
         n_terrains: Number of unseen terrains.
-        seed: Of noise, damage and initial weights.
+        seed: The seed of noise, damage and initial weights.
     """
     other = _other_terrains(n_terrains, FREEZING_TERRAINS, seed)
     return FREEZING.replace(".", f"{other}.")

@@ -30,8 +30,8 @@ def soak(minutes: float, seed: int, file: Path | None, folder: Path | None) -> i
 
     Args:
         minutes: About how long it takes; at least one trial of each kind is made.
-        seed: Of all trials.
-        file: For the counts in JSON.
+        seed: The seed of all trials.
+        file: The file for the counts in JSON; None: none is written.
         folder: Existing or new one for the runs; None: a temporary one, which is removed. Runs
             with which something is wrong stay there.
 

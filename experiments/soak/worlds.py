@@ -36,11 +36,11 @@ class WorldCounts:
     """What was seen of the worlds.
 
     Attributes:
-        trials: Simulators.
+        trials: The number of simulators tried.
         worlds: Robots, all in all.
-        steps: Robot-steps.
+        steps: The number of robot-steps made.
         faults: How many worlds did what none should do, by what it was.
-        largest_rise: Of a passive robot's energy over its least so far [J/kg].
+        largest_rise: The largest rise of a passive robot's energy over its least so far [J/kg].
         deepest: A voxel's centre under the ground [m].
         memory: Resident memory after the first trials and now [MB].
         examples: The first trials with a fault, to repeat them.
@@ -60,9 +60,9 @@ def try_worlds(seed: int, trial: int, counts: WorldCounts) -> None:
     """One trial: a batch of random robots that do nothing, and then move at random.
 
     Args:
-        seed: Of all trials.
+        seed: The seed of all trials.
         trial: Number of this one; with the seed it decides everything.
-        counts: To be added to.
+        counts: The counts so far, to which this trial is added.
     """
     draws = np.random.default_rng((seed, trial))
     shape = _shape(draws)

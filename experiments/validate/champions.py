@@ -29,9 +29,9 @@ class _Champions:
     """Champions of one kind, each on several grounds: episodes (E,).
 
     Attributes:
-        name: of the case.
-        kind: of the networks.
-        morphology: the robot.
+        name: The name of the case.
+        kind: The kind of the networks.
+        morphology: The robot's shape.
         sensors: name of its apparatus.
         genomes: one per episode, (E, G).
         runs: number of each one's champion, (E,).

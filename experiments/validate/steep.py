@@ -32,8 +32,8 @@ class _Gaits:
     """Gaits of one shape on one kind of ground.
 
     Attributes:
-        name: of the case.
-        morphology: the robot.
+        name: The name of the case.
+        morphology: The robot's shape.
         frequency, amplitude, phase: (G,) [Hz], (G, V), (G, V).
         terrains: one per gait.
         recorded: speeds [m/s] of the plain run, then of disturbed starts, (R, G).

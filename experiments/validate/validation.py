@@ -46,7 +46,7 @@ def validate(
         reference: folder of recorded runs; default: the package's own copy.
         json: file for the table in JSON.
         out: folder for pictures of recorded runs and ours.
-        seed: of the motions in the cases that need no recorded run.
+        seed: The seed of the motions in the cases that need no recorded run.
         engine: the simulator's settings; others than the default are a wrong model.
 
     Returns:

@@ -22,8 +22,8 @@ class Group:
     part of the instruction that loads or stores.
 
     Attributes:
-        array: of the kernel, with all groups.
-        number: of the group.
+        array: The array of the kernel, with all groups.
+        number: The number of the group.
         items: how many it has.
         at: ``at[item]`` is the `Block` of the items from this one on.
         lists: the integers of the group, if it has any: another `Group`.

@@ -77,7 +77,7 @@ class Real:
 
         Args:
             array: an argument of the kernel that was declared as `array`.
-            number: of the group.
+            number: The number of the group.
             items: how many each group has.
             lists: the integers of the group, if it has any; see `lists`.
         """
@@ -99,7 +99,7 @@ class Real:
 
         Args:
             array: an argument that was declared as `integers(2)`, a tensor of `packed`.
-            number: of the group.
+            number: The number of the group.
         """
         order = (lambda item: (item, number)) if self.places == 1 else (lambda item: (number, item))
         return Group(array, number, array.shape[0 if self.places == 1 else 1], order)

@@ -11,4 +11,28 @@ What nearly every function of a kernel takes, by the letter that it has everywhe
   ``T.features`` are the stages that the kernel has at all.
 
 All three exist while Taichi compiles only, and cost nothing in the kernel.
+
+The names below are what kernels outside of this package are made of.
 """
+
+from physics.engine import step
+from physics.engine.actuation import receive
+from physics.engine.kernels import closed_loop
+from physics.engine.lane_math import limited, magnitude, tanh
+from physics.engine.memory import layout
+from physics.engine.memory.model import F_NOISE, Tables, load_sizes
+from physics.engine.sensing import sense
+
+__all__ = [
+    "F_NOISE",
+    "Tables",
+    "closed_loop",
+    "layout",
+    "limited",
+    "load_sizes",
+    "magnitude",
+    "receive",
+    "sense",
+    "step",
+    "tanh",
+]

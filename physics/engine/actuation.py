@@ -1,7 +1,7 @@
 """From a controller's command to the actuation in force: clipping and damage."""
 
 from physics.backend import ti
-from physics.engine import noise
+from physics.engine import noise, step_counter
 from physics.engine.lane_math import any_lane, limited
 from physics.engine.memory import layout as lay
 from physics.engine.memory.model import F_LOWPASS
@@ -12,8 +12,9 @@ REST, FROZEN, RANDOM, BLIND = range(4)  # damage.MODES
 @ti.func
 def broken(S: ti.template(), m: ti.template(), voxel: ti.template(), T: ti.template()):
     """The lanes in which a voxel is broken by now."""
-    step = S[m.header + lay.H_STEP]
-    return (step >= voxel[lay.BREAKS]) & (step < voxel[lay.MENDS])
+    breaks = step_counter.steps_until(S, m, lay.H_BREAKS_HIGH, voxel[lay.BREAKS], T)
+    mends = step_counter.steps_until(S, m, lay.H_MENDS_HIGH, voxel[lay.MENDS], T)
+    return (breaks <= T.f(0.0)) & (mends > T.f(0.0))
 
 
 @ti.func

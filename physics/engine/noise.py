@@ -8,6 +8,7 @@ precision of the simulation, so that the two see the same noise.
 import math
 
 from physics.backend import ti
+from physics.engine import step_counter
 from physics.engine.memory import layout as lay
 
 _LOG_2 = math.log(2)
@@ -21,8 +22,7 @@ def key(S: ti.template(), m: ti.template(), lane):
     """The key of this step of one world: seed and step mixed (uint32)."""
     low = ti.cast(S[m.header + lay.H_SEED_LOW][lane], ti.u32)
     high = ti.cast(S[m.header + lay.H_SEED_HIGH][lane], ti.u32)
-    step = ti.cast(S[m.header + lay.H_STEP][lane], ti.u32)
-    return mix(mix(low | (high << ti.u32(16))) + step)
+    return mix(mix(low | (high << ti.u32(16))) + step_counter.steps(S, m, lane))
 
 
 @ti.func

@@ -1,7 +1,7 @@
 """Sensors: readings in [0, 1] from the state of a group of worlds (MODEL.md, section 6)."""
 
 from physics.backend import ti
-from physics.engine import noise
+from physics.engine import noise, step_counter
 from physics.engine.actuation import BLIND, broken
 from physics.engine.lane_math import magnitude, tanh
 from physics.engine.memory import layout as lay
@@ -130,16 +130,25 @@ def _find_window(S: ti.template(), m: ti.template(), row, T: ti.template()):
     """Where the window over a reading's interval stands after this step, lane by lane.
 
     Each lane has its own step count k: the sample goes to slot k mod slots, and the window
-    holds the last ``interval_table[k]`` samples.
+    holds as many samples as the table says: that of the first steps, and beyond them that of the
+    steps from which windows have another length.
     """
-    slots = m.integers[row + RE_SLOTS]
-    table = m.interval_table + m.integers[row + RE_INTERVAL] * m.interval_steps
+    slots = ti.cast(m.integers[row + RE_SLOTS], ti.u32)
+    table = m.interval_table + m.integers[row + RE_INTERVAL] * m.interval_row
     for lane in range(T.lanes):
-        k = ti.cast(S[m.header + lay.H_STEP][lane], ti.i32)
+        k = step_counter.steps(S, m, lane)
+        length = 0
+        if k > ti.u32(0):
+            entry = table + ti.cast(k, ti.i32) - 1
+            if k > ti.cast(m.interval_steps, ti.u32):
+                entry = table + m.interval_steps
+                end = table + m.interval_row - 2
+                while entry < end and k >= ti.cast(m.integers[entry + 2], ti.u32):
+                    entry += 2
+                entry += 1
+            length = m.integers[entry]
         S[m.header + lay.H_PLACE][lane] = ti.cast(k % slots, T.f)
-        S[m.header + lay.H_LENGTH][lane] = (
-            ti.cast(m.integers[table + k - 1], T.f) if k > 0 else T.f(0.0)
-        )
+        S[m.header + lay.H_LENGTH][lane] = ti.cast(length, T.f)
 
 
 @ti.func

@@ -1,7 +1,7 @@
 """One step of the engine, stage by stage (MODEL.md, section 3)."""
 
 from physics.backend import ti
-from physics.engine import integrator
+from physics.engine import integrator, step_counter
 from physics.engine.contacts import (
     continuous,
     ground_detection,
@@ -103,11 +103,12 @@ def detect(S: ti.template(), m: ti.template(), advanced, T: ti.template()):
 def count_step(S: ti.template(), m: ti.template(), T: ti.template()):
     """A world goes on until its last step is done, it failed or its robot left the ground."""
     h = m.header
-    lives = (S[h + lay.H_STEP] < S[h + lay.H_LIFE]) & (S[h + lay.H_FAILED] == T.f(0.0))
+    left = step_counter.steps_until(S, m, lay.H_LIFE_HIGH, S[h + lay.H_LIFE], T)
+    lives = (left > T.f(0.0)) & (S[h + lay.H_FAILED] == T.f(0.0))
     lives = lives & (S[h + lay.H_LEFT] == T.f(0.0))
     alive = ti.select(lives, T.vec(1.0), T.vec(0.0))
     S[h + lay.H_ALIVE] = alive
-    S[h + lay.H_STEP] = S[h + lay.H_STEP] + alive
+    step_counter.advance(S, m, alive, T)
 
 
 @ti.func

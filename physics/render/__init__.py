@@ -3,6 +3,9 @@
 from typing import Any
 
 from physics.renamed import moved
+from physics.render.frame import Frame, voxel_outlines
+
+__all__ = ["Frame", "voxel_outlines"]
 
 
 def __getattr__(name: str) -> Any:

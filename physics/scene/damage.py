@@ -22,7 +22,8 @@ class Damage:
     """When, how likely and how voxels break.
 
     Attributes:
-        probability: of each voxel to break, independently; unused if there is a mask.
+        probability: The probability of each voxel to break, independently; unused if there is a
+            mask.
         time: when it happens [s].
         mode: what a broken voxel does. "rest" (the paper's text): its springs are at rest length
             and external forces alone shape it. "frozen" (the reference simulator): it keeps the
@@ -72,7 +73,7 @@ class Damage:
 
         Args:
             seed: that world's seed, an integer >= 0; nothing else decides.
-            n_voxels: V.
+            n_voxels: The number of voxels, V.
 
         Returns:
             True where broken, shape (V,), bool.

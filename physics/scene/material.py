@@ -42,7 +42,7 @@ def spring_constants(frequency: Any, damping: Any) -> tuple[Any, Any, Any]:
     """How soft a spring is in the solver (see physics/MODEL.md, springs).
 
     Args:
-        frequency: of the spring [Hz], a number or an array.
+        frequency: The frequency of the spring [Hz], a number or an array.
         damping: its damping ratio.
 
     Returns:
@@ -61,9 +61,9 @@ class Material:
     """What a voxel is made of.
 
     Attributes:
-        name: of the material.
+        name: The name of the material.
         actuated: whether the voxel obeys its actuation; one that does not keeps its size.
-        frequency: of its springs [Hz].
+        frequency: The frequency of its springs [Hz].
         damping: their damping ratio.
     """
 

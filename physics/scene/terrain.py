@@ -93,7 +93,7 @@ class Terrain:
         Args:
             xs: abscissas [m], 1-D, at least two, increasing.
             ys: heights [m], as many.
-            name: its name.
+            name: The name of the terrain.
 
         Raises:
             ValueError: if the points are too few, not finite, not paired, not increasing in x or

@@ -33,9 +33,9 @@ class Batch:
     Attributes:
         terrains: one per world, or None without ground.
         profiles: their points, (places, K, 2), as kernels take them.
-        segments: of terrain that the window of a group must hold; 0 without ground.
+        segments: How many terrain segments the window of a group must hold; 0 without ground.
         extent: width of that window [m].
-        seeds: of noise and damage, (N,) int64 in [0, 2^32).
+        seeds: The seeds of noise and damage, (N,) int64 in [0, 2^32).
         episodes: that each world has ended since it got its seed, (N,) int64.
     """
 
@@ -54,13 +54,13 @@ class Batch:
         """Packs the terrains of N worlds.
 
         Args:
-            morphology: of the robots.
+            morphology: The shape of the robots.
             terrains: N of them, or None.
             extent: width of ground that a robot may need at once, whatever its posture [m].
-            seeds: of every world, (N,) int64 in [0, 2^32).
-            lifetimes: of every world, in engine steps, (N,).
-            damage: of all worlds, if any.
-            conditions: of all worlds.
+            seeds: The seeds of every world, (N,) int64 in [0, 2^32).
+            lifetimes: The lengths of the episodes of every world, in engine steps, (N,) int64.
+            damage: The damage of all worlds, if any.
+            conditions: The conditions of all worlds.
             places: N and the places that fill up the last group.
             like: any tensor of the type and on the device of the state.
 
@@ -72,7 +72,7 @@ class Batch:
         self.episodes = np.zeros(len(seeds), dtype=np.int64)
         self._morphology = morphology
         self.extent = extent
-        self._lifetimes = np.minimum(lifetimes, clock.ENDLESS)
+        self._lifetimes = lifetimes
         self._damage = damage
         self._conditions = conditions if conditions.varied(morphology) else None
         self._like = like
@@ -102,7 +102,7 @@ class Batch:
         """Puts k worlds on other terrains.
 
         Args:
-            chosen: their numbers.
+            chosen: The numbers of the k worlds.
             terrains: k of them.
 
         Returns:
@@ -151,16 +151,18 @@ class Batch:
         bodies = voxels[:, :, : 4 * lay.BODY_ITEMS].unflatten(2, (4, lay.BODY_ITEMS))
         bodies[..., :_POSE_ITEMS] = self._first_poses(chosen).to(states)
         seeds = self._episode_seeds(chosen)
-        numbers = np.stack(
-            [self._lifetimes[chosen], seeds & 0xFFFF, seeds >> 16, *self._ground_ends(chosen)], 1
-        )
+        life_high, life = np.divmod(self._lifetimes[chosen], lay.STEPS_PER_HIGH)
+        numbers = np.stack([life, seeds & 0xFFFF, seeds >> 16, *self._ground_ends(chosen)], 1)
         own = slice(layout.header + lay.H_LIFE, layout.header + lay.H_GROUND_END + 1)
         states[:, own] = torch.from_numpy(numbers).to(states)
+        states[:, layout.header + lay.H_LIFE_HIGH] = torch.from_numpy(life_high).to(states)
         if self._conditions is not None:
             self._write_conditions(self._conditions, chosen, states, voxels, layout)
         if self._damage is not None:
-            times = self._damage_times(self._damage, chosen, seeds)
-            voxels[:, :, lay.BREAKS : lay.MENDS + 1] = times.to(states)
+            high, low = self._damage_times(self._damage, chosen, seeds)
+            voxels[:, :, lay.BREAKS : lay.MENDS + 1] = low.to(states)
+            first = layout.header + lay.H_BREAKS_HIGH
+            states[:, first : first + 2] = high.to(states)
         return states
 
     def _ground_ends(self, chosen: np.ndarray) -> np.ndarray:
@@ -225,14 +227,19 @@ class Batch:
         later = mixed(seeds.astype(np.uint64), episodes.astype(np.uint64))
         return np.where(episodes > 0, later, seeds)
 
-    def _damage_times(self, damage: Damage, chosen: np.ndarray, seeds: np.ndarray) -> Tensor:
-        """The steps at which voxels of k worlds break and mend, (k, V, 2)."""
+    def _damage_times(
+        self, damage: Damage, chosen: np.ndarray, seeds: np.ndarray
+    ) -> tuple[Tensor, Tensor]:
+        """The steps at which voxels of k worlds break and mend: their higher digits, (2,), the
+        same for all, and lower digits, (k, V, 2)."""
         if self._mask is not None:
             broken = self._mask[chosen]
         else:
             n_voxels = self._morphology.n_voxels
             broken = np.stack([damage.sample(int(seed), n_voxels) for seed in seeds])
-        start = float(clock.steps_in(damage.time))
-        stop = clock.ENDLESS if math.isinf(damage.until) else float(clock.steps_in(damage.until))
-        times = np.where(broken[..., None], [start, stop], clock.ENDLESS)
-        return torch.from_numpy(times)
+        forever = math.isinf(damage.until)
+        times = [clock.steps_in(damage.time), 0 if forever else clock.steps_in(damage.until)]
+        high, low = np.divmod(np.array(times), lay.STEPS_PER_HIGH)
+        ends = [low[0], lay.NEVER if forever else low[1]]
+        lows = np.where(broken[..., None], ends, lay.NEVER)
+        return torch.from_numpy(high), torch.from_numpy(lows)

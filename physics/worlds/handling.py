@@ -22,7 +22,7 @@ class Handled(Launcher):
     """N worlds whose state can be taken, given and set by hand.
 
     Attributes:
-        sensor_names: of the readings, R.
+        sensor_names: The names of the readings, R.
     """
 
     sensor_names: tuple[str, ...]
@@ -61,8 +61,7 @@ class Handled(Launcher):
             state = st.widened(state, self._state.layout)
         self._state = state
         self._center, self._at_start = None, False
-        self._steps = int(state.header(lay.H_STEP).max())
-        self._reserve(0)
+        self._steps = int(state.steps().max())
 
     def _signature(self) -> dict[str, Any]:
         """What saved worlds must have in common with these."""
@@ -110,7 +109,7 @@ class Handled(Launcher):
         """What the robots would have sensed along a recorded motion; time goes on.
 
         Args:
-            poses: of the squares after each step, (T, N, V, 4, 3), as for ``set_poses``.
+            poses: The poses of the squares after each step, (T, N, V, 4, 3), as for ``set_poses``.
             velocities: likewise, (T, N, V, 4, 3).
 
         Returns:
@@ -121,10 +120,10 @@ class Handled(Launcher):
         """
         checks.tensor("poses", poses, steps=None, **self._squares())
         checks.tensor("velocities", velocities, steps=len(poses), **self._squares())
-        self._reserve(len(poses))
+        self._require_countable(len(poses))
         readings = self._readings().new_empty(len(poses), self.n_worlds, self.n_readings)
         for k, pose in enumerate(poses):
-            self._state.header(lay.H_STEP).add_(1.0)
+            self._state.set_steps(self._state.steps() + 1)
             now = self.set_poses(pose, velocities[k])
             if now is not None:
                 readings[k] = now

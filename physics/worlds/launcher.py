@@ -11,7 +11,6 @@ from torch import Tensor
 
 from physics import backend
 from physics.engine import kernels
-from physics.engine.memory import layout as lay
 from physics.engine.memory import model
 from physics.engine.memory import state as st
 from physics.engine.memory.grouping import Grouping
@@ -26,7 +25,6 @@ from physics.worlds.observations import Observed
 
 __all__ = ["Launcher"]
 
-_FIRST_STEPS = 3700  # the table of sensor windows starts with one minute
 _GAP = 4  # groups that are sensed again in vain rather than in two launches
 
 
@@ -34,8 +32,8 @@ class Launcher(Observed):
     """N worlds in memory; what a kernel needs, and how it is launched.
 
     Attributes:
-        morphology, apparatus: of the robots.
-        n_worlds, n_voxels: N, V.
+        morphology, apparatus: The shape and the sensors of the robots.
+        n_worlds, n_voxels: The numbers of worlds, N, and of voxels of each robot, V.
         lanes: worlds of a group.
         control_interval: engine steps in a control step.
         damage: when and how voxels break, if they do.
@@ -63,13 +61,13 @@ class Launcher(Observed):
 
     def _allocate(self) -> None:
         """Makes the model, and a state for it."""
-        self._build(_FIRST_STEPS)
+        self._build()
         self._state = st.allocate(
             self._model.layout, self.n_worlds, self.lanes, self.dtype, self.device
         )
 
     @torch.inference_mode(False)
-    def _build(self, max_steps: int) -> None:
+    def _build(self) -> None:
         """Makes the model and its tables."""
         self._model = model.build(
             self.morphology,
@@ -79,7 +77,6 @@ class Launcher(Observed):
             self._batch.segments,
             self._batch.extent,
             self.damage.mode if self.damage else "rest",
-            max_steps,
             self.lanes,
         )
         self._integers = torch.from_numpy(self._model.integers).to(self.device)
@@ -87,22 +84,16 @@ class Launcher(Observed):
 
     def _widen(self) -> None:
         """Makes the terrain window as wide as the batch needs it by now."""
-        self._build(self._model.max_steps)
+        self._build()
         self._state = st.widened(self._state, self._model.layout)
 
-    def _reserve(self, steps: int) -> None:
-        """Makes the table of sensor windows long enough for ``steps`` more.
-
-        Raises:
-            ValueError: worlds cannot count so far.
-        """
-        if self._steps + steps > clock.ENDLESS:
+    def _require_countable(self, steps: int) -> None:
+        """Raises ValueError unless worlds can count so many more steps."""
+        if self._steps + steps > clock.MOST_STEPS:
             raise ValueError(
-                f"steps: expected at most {int(clock.ENDLESS) - self._steps} more, since a world "
-                f"counts 2^24 steps (77 hours) after a reset, got {steps}; reset the worlds"
+                f"steps: expected at most {clock.MOST_STEPS - self._steps} more, since a world "
+                f"counts 2^31 steps (414 days) after a reset, got {steps}; reset the worlds"
             )
-        if self._steps + steps > self._model.max_steps:
-            self._build(max(2 * self._model.max_steps, self._steps + steps))
 
     def _begin(self, chosen: np.ndarray) -> None:
         """Puts some worlds at the start of an episode."""
@@ -122,7 +113,7 @@ class Launcher(Observed):
             Readings of all worlds.
         """
         self._center = None
-        self._steps = int(self._state.header(lay.H_STEP).max())
+        self._steps = int(self._state.steps().max())
         whole = self._grouping.whole
         if chosen is None or len(chosen) == self.n_worlds:
             readings, ranges = self._readings(), iter([(0, whole.count)])

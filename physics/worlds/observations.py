@@ -16,8 +16,8 @@ class Observed:
     """Reads the state of N worlds with V voxels each; every call copies.
 
     Attributes:
-        dtype, device: of the state.
-        n_readings: of a world's sensors, R.
+        dtype, device: The data type and the device of the state.
+        n_readings: The number of readings of a world's sensors, R.
     """
 
     dtype: torch.dtype
@@ -35,8 +35,8 @@ class Observed:
     @property
     def times(self) -> Tensor:
         """Age of every world [s], (N,) float64."""
-        steps = self._state.worlds(self._state.header(lay.H_STEP)).long()
-        return torch.from_numpy(clock.times_after(steps.cpu().numpy())).to(self.device)
+        steps = self._state.steps().cpu().numpy()
+        return torch.from_numpy(clock.times_after(steps)).to(self.device)
 
     def mass_poses(self) -> Tensor:
         """Poses of the squares, (N, V, 4, 3): x, y [m], angle [rad] in [-pi, pi]; corners NW, NE,
@@ -86,8 +86,11 @@ class Observed:
 
     def broken(self) -> Tensor:
         """Which voxels are broken in the step to come, (N, V) bool."""
-        step = self._state.worlds(self._state.header(lay.H_STEP))[:, None]
-        span = self._state.worlds(self._state.voxels(lay.BREAKS, 2))
+        highs = [self._state.header(item) for item in (lay.H_BREAKS_HIGH, lay.H_MENDS_HIGH)]
+        digits = self._state.worlds(torch.stack(highs, 1)).double()[:, None]
+        lower = self._state.worlds(self._state.voxels(lay.BREAKS, 2)).double()
+        span = digits * lay.STEPS_PER_HIGH + lower
+        step = self._state.steps()[:, None]
         return (step >= span[..., 0]) & (step < span[..., 1])
 
     def readings(self) -> Tensor:

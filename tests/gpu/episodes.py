@@ -17,7 +17,6 @@ from torch import Tensor
 from experiments.config import EvolveConfig
 from experiments.rollout.evaluate import Evaluator
 from physics import Engine, Simulator, Terrain
-from physics.engine.memory import layout as lay
 from tests.gpu import pretend
 from tests.physics.worlds import gaits
 
@@ -71,8 +70,7 @@ def _many(device: str) -> dict[str, Tensor]:
     """Steps made, (MANY,), and squares, (MANY, 1, 4, 3), after one step of boxes in space."""
     sim = _simulator(device, "box-1x1", None, MANY)
     sim.step(torch.linspace(-1, 1, MANY)[:, None])
-    steps = sim._state.header(lay.H_STEP).flatten()
-    return {"steps": steps.cpu(), "squares": sim.mass_poses().cpu()}
+    return {"steps": sim._state.steps().cpu(), "squares": sim.mass_poses().cpu()}
 
 
 def _simulator(device: str, *args: Any, **kwargs: Any) -> Simulator:

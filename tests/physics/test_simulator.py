@@ -10,7 +10,6 @@ import pytest
 import torch
 
 from physics import Apparatus, Damage, Engine, Morphology, Sensor, Simulator, Terrain
-from physics.engine.memory import layout as lay
 from tests.oracle.world import OracleWorld
 from tests.physics.worlds import DOUBLE, gaits
 
@@ -358,18 +357,3 @@ def test_numbers_of_numpy_and_pytorch_are_numbers():
     )
     assert torch.equal(sim.step(torch.ones(2, 2)), plain.step(torch.ones(2, 2)))
     sim.reset(seeds=np.array(4))
-
-
-def test_no_world_is_asked_to_count_too_far():
-    """Sixteen million steps are 77 hours; it used to stand still from then on, without a word."""
-    sim = small(lifetime=1e6)
-    sim._state.header(lay.H_STEP)[:] = 2**24 - 5
-    sim.set_poses(sim.mass_poses())
-    sim.run(torch.ones(5, 2, 2))
-    assert sim.time == pytest.approx(2**24 / 60)
-    before = sim.mass_poses()
-    with pytest.raises(ValueError, match="steps: expected at most 0 more, .* reset the worlds"):
-        sim.step(torch.ones(2, 2))
-    assert torch.equal(sim.mass_poses(), before)
-    sim.reset()
-    sim.step(torch.ones(2, 2))

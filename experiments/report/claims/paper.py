@@ -37,7 +37,8 @@ class Claim:
     """A claim of the paper.
 
     Attributes:
-        number: of the claim; "14a" and "14b" are one sentence of the paper, read in two ways.
+        number: The number of the claim; "14a" and "14b" are one sentence of the paper, read in two
+            ways.
         source: where in the paper.
         says: the claim, one sentence.
         test: what is measured, and what would support the claim.

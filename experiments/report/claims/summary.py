@@ -25,7 +25,7 @@ def write_summary(run_folders: Sequence[Path], out: Path) -> Path:
     """Judge every claim by finished runs, and write REPORT.md.
 
     Args:
-        run_folders: of finished runs.
+        run_folders: The folders of finished runs.
         out: an existing folder.
 
     Returns:

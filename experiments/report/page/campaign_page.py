@@ -30,7 +30,7 @@ def campaign_page(root: Path, seed: int = 0) -> str:
 
     Args:
         root: folder of a campaign, or any folder with finished runs below it.
-        seed: of terrain, noise and damage of the episodes shown.
+        seed: The seed of terrain, noise and damage of the episodes shown.
 
     Raises:
         ValueError: there is none, one cannot be read, or they are of different scales.

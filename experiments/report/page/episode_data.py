@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from experiments.analysis.trajectory import Trajectory
-from physics.render.frame import voxel_outlines
+from physics.render import voxel_outlines
 
 __all__ = ["EVERY", "WEIGHTS_EVERY", "episode_data"]
 
@@ -29,8 +29,8 @@ def episode_data(course: Trajectory, name: str, *, inside: bool) -> dict[str, An
     """What the scripts of a page need to show an episode.
 
     Args:
-        course: of the robot, at even intervals.
-        name: of the episode, for its title.
+        course: The recorded episode of the robot, at even intervals.
+        name: The name of the episode, for its title.
         inside: whether to include the network: weights and activations.
 
     Returns:

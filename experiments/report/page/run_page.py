@@ -32,8 +32,8 @@ def run_page(folder: Path, seed: int = 0) -> str:
     """The HTML of a run's page.
 
     Args:
-        folder: of a finished run.
-        seed: of terrain, noise and damage of the episodes shown.
+        folder: The folder of a finished run.
+        seed: The seed of terrain, noise and damage of the episodes shown.
 
     Raises:
         ValueError: the run cannot be read, or the simulation of its champion fails at once.

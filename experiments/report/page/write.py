@@ -15,9 +15,9 @@ def write_page(folder: Path, out: Path | None = None, seed: int = 0) -> Path:
     """Write one HTML file about a run or a campaign.
 
     Args:
-        folder: of a finished run, or of a campaign.
+        folder: The folder of a finished run, or of a campaign.
         out: the file; by default report.html in the folder.
-        seed: of terrain, noise and damage of the episodes shown.
+        seed: The seed of terrain, noise and damage of the episodes shown.
 
     Returns:
         The file.

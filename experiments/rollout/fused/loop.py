@@ -39,7 +39,7 @@ class Layout:
     Attributes:
         sizes: Neurons per layer, the inputs first, those of a recurrent network with the context.
         plastic: Whether the synapses are plastic.
-        features: Of the network.
+        features: The features of the network.
         average: Steps in a window.
     """
 
@@ -97,9 +97,10 @@ class FusedLoop:
         """Lets the worlds of ``sim`` live for some control steps.
 
         Args:
-            sim: The worlds.
-            steps: How many.
-            monitor: Of this network; it looks at its steps as it does in a loop through torch.
+            sim: The simulator of the worlds.
+            steps: The number of control steps.
+            monitor: A monitor of this network; it looks at its steps as it does in a loop through
+                torch.
         """
         if monitor is not None:
             while steps > (ahead := monitor.until_sample()):
@@ -170,10 +171,10 @@ def pack(
     """Networks and their weights in the kernel's order.
 
     Args:
-        sim: N worlds.
-        network: Of N individuals (the dimensions of its population and of the state's batch
-            together), in the order of the worlds.
-        state: Their state.
+        sim: A simulator of N worlds.
+        network: The networks of N individuals (the dimensions of the population and of the state's
+            batch together), in the order of the worlds.
+        state: The networks' state.
         plastic: False freezes the weights; a bool mask of the shape of the individuals says who
             learns.
 

@@ -23,9 +23,9 @@ class Part:
     """Groups that one kernel simulates.
 
     Attributes:
-        program: of the kernel.
-        first: group.
-        count: of groups.
+        program: The program of the kernel.
+        first: The number of the first group.
+        count: The number of groups.
         chunks: into which a parallel loop over them is cut.
     """
 
@@ -57,7 +57,7 @@ class Grouping:
     """A batch of worlds, cut for one program or for two.
 
     Attributes:
-        whole: all groups.
+        whole: All groups as one part.
         parts: all groups again, or the full ones and a narrow program for the last one.
     """
 
@@ -73,8 +73,8 @@ class Grouping:
 
         Args:
             program: simulates all worlds of a group.
-            n_worlds: N.
-            threads: at most so many; None: all cores.
+            n_worlds: The number of worlds, N.
+            threads: The most threads to use; None: all cores.
         """
         groups = -(-n_worlds // program.places)
         if program.device == "cuda":

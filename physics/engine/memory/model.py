@@ -24,7 +24,8 @@ class Engine:
     Attributes:
         friction: coefficient between a square and the ground.
         damping: linear and angular velocity damping [1/s].
-        velocity_iterations, position_iterations: of the sequential-impulse solver, per step.
+        velocity_iterations, position_iterations: The iterations of the sequential-impulse solver in
+            each step.
         ropes: whether squares of a voxel are kept from passing through each other.
         self_collision: whether squares of the robot that no joint ties keep out of each other.
         continuous: whether squares that land are stopped where they touch the ground, instead of
@@ -83,6 +84,7 @@ _SIZES = (
     "reading_table",
     "interval_table",
     "interval_steps",
+    "interval_row",
     "noise_table",
     "self_contact_block",
     "self_contact_memory",
@@ -111,6 +113,7 @@ PAIR_ROW = 3
 # A reading row: kind, voxel block, slots of its ring (0: no average), ring, interval number, ray.
 RE_KIND, RE_VOXEL, RE_SLOTS, RE_RING, RE_INTERVAL, RE_RAY = range(6)
 READING_ROW = 6
+_FIRST_STEPS = 500  # of which a table tells the length of sensor windows step by step
 AREA, TOUCH, VELOCITY_X, VELOCITY_Y, RAY = range(5)
 _KINDS = {
     "area": (AREA,),
@@ -166,7 +169,6 @@ class Model:
         layout: where the state lies.
         numbers: table of F_*, shape (.,), float64.
         integers: table of I_*, shape (.,), int32.
-        max_steps: steps for which the table of sensor windows is long enough.
     """
 
     morphology: Morphology
@@ -175,7 +177,6 @@ class Model:
     layout: Layout
     numbers: np.ndarray
     integers: np.ndarray
-    max_steps: int
 
 
 def build(
@@ -186,20 +187,18 @@ def build(
     segments: int,
     extent: float,
     damage_mode: str,
-    max_steps: int,
     lanes: int,
 ) -> Model:
     """The model of a robot.
 
     Args:
         morphology: the robot's shape.
-        apparatus: its sensors.
+        apparatus: The robot's sensors.
         engine: settings of the solver.
         conditions: gravity, noise and so on.
         segments: terrain segments that the window of a group holds; 0 without ground.
         extent: width of the ground in the window [m].
         damage_mode: one of damage.MODES.
-        max_steps: steps that a world may live.
         lanes: worlds per group.
     """
     reading_rows, rays, intervals, ring_items = _readings(apparatus)
@@ -222,6 +221,7 @@ def build(
     reading_table = I_WELDS + I_WELD_ROW * len(welds)
     pair_table = reading_table + READING_ROW * len(reading_rows)
     interval_table = pair_table + PAIR_ROW * len(pairs)
+    interval_steps, windows = _windows(intervals)
     sizes = {
         "voxels": layout.voxels,
         "welds": layout.welds,
@@ -245,7 +245,8 @@ def build(
         "weld_table": I_WELDS,
         "reading_table": reading_table,
         "interval_table": interval_table,
-        "interval_steps": max_steps,
+        "interval_steps": interval_steps,
+        "interval_row": windows.shape[1],
         "noise_table": F_RAYS + len(rays),
         "self_contact_block": layout.self_contact_block,
         "self_contact_memory": layout.self_contact_memory,
@@ -259,7 +260,6 @@ def build(
         "items": layout.items,
     }
     rows = [*springs, *ropes, *welds, *reading_rows, *pairs]
-    windows = [clock.window_lengths(max_steps, interval) for interval in intervals]
     integers = np.concatenate(
         [[sizes[name] for name in _SIZES], *rows, *windows], dtype=np.int32, casting="unsafe"
     )
@@ -279,13 +279,33 @@ def build(
         ],
         dtype=np.float64,
     )
-    return Model(morphology, apparatus, engine, layout, numbers, integers, max_steps)
+    return Model(morphology, apparatus, engine, layout, numbers, integers)
 
 
 def reach(apparatus: Apparatus) -> float:
     """How far from a robot's squares the ground matters: to touch it, or to see it [m]."""
     ranges = [s.range for own in apparatus.sensors for s in own if s.kind == "lidar"]
     return material.SQUARE_SIDE + max(ranges, default=0.0)
+
+
+def _windows(intervals: list[float]) -> tuple[int, np.ndarray]:
+    """Samples in a sensor's window.
+
+    Args:
+        intervals: lengths of windows [s].
+
+    Returns:
+        Number of first steps, and a row per interval: lengths at each of these steps, then pairs
+        of a step and the length from that step on, the last of which fill up the row.
+    """
+    first_steps = _FIRST_STEPS + math.ceil(max(intervals, default=0.0) / material.DT)
+    changes = [np.stack(clock.window_changes(first_steps, each), 1) for each in intervals]
+    most = max(map(len, changes), default=0)
+    rows = []
+    for interval, own in zip(intervals, changes, strict=True):
+        filled = np.concatenate([own, own[-1:].repeat(most - len(own), 0)])
+        rows.append(np.append(clock.window_lengths(first_steps, interval), filled))
+    return first_steps, np.array(rows).reshape(len(intervals), first_steps + 2 * most)
 
 
 def _spring_numbers() -> list[float]:

@@ -37,4 +37,5 @@ def end_copies(S: ti.template(), m: ti.template(), T: ti.template()):
     """The empty places of a state hold worlds that are over."""
     parts = ti.static(T.places // T.lanes)
     for part in ti.static(range(1, parts)):
-        S[(m.header + lay.H_LIFE) * parts + part] = T.vec(0.0)
+        for item in ti.static((lay.H_LIFE, lay.H_LIFE_HIGH)):
+            S[(m.header + item) * parts + part] = T.vec(0.0)

@@ -15,7 +15,7 @@ from torch import Tensor
 from physics.backend import unpacked
 from physics.engine.memory import layout as lay
 from physics.engine.memory.layout import Layout
-from physics.scene import clock, material
+from physics.scene import material
 from physics.scene.morphology import Morphology
 from physics.scene.terrain import Terrain
 
@@ -58,6 +58,16 @@ class State:
     def header(self, item: int) -> Tensor:
         """View (groups, lanes) of an item of the header."""
         return self.items[:, self.layout.header + item]
+
+    def steps(self) -> Tensor:
+        """Steps that each world has taken, (N,) int64."""
+        low, high = self.header(lay.H_STEP), self.header(lay.H_STEP_HIGH)
+        return self.worlds(low.long() + high.long() * lay.STEPS_PER_HIGH)
+
+    def set_steps(self, steps: Tensor) -> None:
+        """Sets the counters of all worlds, (N,) int64."""
+        self.header(lay.H_STEP).copy_(self.lanes_of(steps % lay.STEPS_PER_HIGH))
+        self.header(lay.H_STEP_HIGH).copy_(self.lanes_of(steps // lay.STEPS_PER_HIGH))
 
     def worlds(self, view: Tensor) -> Tensor:
         """(groups, ..., lanes) -> (N, ...), a copy without the padding."""
@@ -103,7 +113,7 @@ def blank(layout: Layout, like: Tensor) -> Tensor:
     pairs = pairs.unflatten(2, (-1, lay.PAIR_ITEMS))
     for point in range(2):
         pairs[:, :, :, lay.PA_POINTS + point * lay.POINT_ITEMS + lay.PT_DEPTH] = -1.0
-    state.voxels(lay.BREAKS, 2).fill_(clock.ENDLESS)
+    state.voxels(lay.BREAKS, 2).fill_(lay.NEVER)
     forget_window(state)
     return items.flatten()
 
