@@ -30,7 +30,7 @@ class HebbianLinear(Described, Evolvable):
     """Plastic synapses from `n_in` to `n_out` neurons: y = f(W x + b), then W changes.
 
     The plastic weights are state, not parameters: see `initial_state` and `forward`. Any
-    dimensions to the left of the population's are batch: several lives under the same rules.
+    dimensions to the left of the population's are batch: several lifetimes under the same rules.
 
     >>> layer = HebbianLinear(3, 1, rule="oja", activation="identity", eta=0.1)
     >>> x, state = torch.tensor([0.6, 0.0, 0.8]), layer.initial_state("uniform")

@@ -13,6 +13,7 @@ import sys
 
 from physics.engine.memory.model import Engine
 from physics.renamed import keep_old_names
+from physics.scene.bodies import Bodies, Body
 from physics.scene.clock import steps_in
 from physics.scene.damage import Damage
 from physics.scene.material import DT
@@ -24,6 +25,8 @@ from physics.simulator import Simulator
 __all__ = [
     "DT",
     "Apparatus",
+    "Bodies",
+    "Body",
     "Damage",
     "Engine",
     "Morphology",

@@ -33,7 +33,7 @@ EXPERIMENTS = {
     "rollout": "config",
     "runs": "config io",
     "analysis": "config io rollout runs",
-    "validate": "io rollout",
+    "validate": "analysis io rollout",
     "evolution": "analysis config io rollout runs",
     "report": "analysis config io runs",
     "campaign": "analysis config evolution io report rollout runs",
@@ -48,7 +48,7 @@ INSIDE = {
     "physics.checks": {"bench", "config"},
     "physics.backend": {"bench", "rollout"},
     "physics.engine": {"bench", "rollout"},
-    "physics.envs": {"bench"},
+    "physics.envs": {"bench", "soak"},
     "physics.render": {"analysis", "evolution", "report", "runs"},
     "physics.scene": {"soak", "validate"},
 }

@@ -29,7 +29,12 @@ from experiments.io.atomic import write_atomically
 from experiments.rollout import fused
 from experiments.rollout.episode import start_episode
 from experiments.rollout.scenarios import Scenarios
-from experiments.runs.names import RANDOM_GENOMES, RECORDING, RECORDING_MEASURES
+from experiments.runs.names import (
+    RANDOM_GENOMES,
+    RECORDING,
+    RECORDING_FORMAT,
+    RECORDING_MEASURES,
+)
 from physics import DT, Simulator
 
 __all__ = [
@@ -85,6 +90,7 @@ class Recording:
         first layer's leave the inputs), activations_hidden and activations_output, and the rest
         by the names that they have here."""
         arrays: dict[str, Any] = {
+            "format": np.array(RECORDING_FORMAT),
             "times": np.array(self.times),
             "histograms": self.histograms,
             "areas": self.areas,
@@ -159,6 +165,7 @@ def _write_summary(
     path: Path, config: EvolveConfig, training: Scenarios, recording: Recording
 ) -> Path:
     summary = {
+        "format": RECORDING_FORMAT,
         "terrain": training.names[0],
         "damage": config.damage,
         "duration": config.duration,

@@ -26,6 +26,7 @@ from experiments.bench.setting import Setting
 
 __all__ = ["Comparison", "check", "compare", "compare_all", "markdown", "show", "write_json"]
 
+_FORMAT = 1  # of the table in JSON
 _HERE = Path(__file__).resolve().parents[2]
 _WORKLOAD = Path("experiments", "bench", "workload.py")
 _STRETCH = 2  # repetitions' length, so that a switch between processes weighs little
@@ -201,6 +202,7 @@ def write_json(
 ) -> None:
     """Writes everything for a machine to read."""
     content = {
+        "format": _FORMAT,
         "machine": machine.as_dict(),
         "against": str(checkout.resolve()),
         "seed": seed,

@@ -20,6 +20,7 @@ __all__ = [
     "PRUNING",
     "RANDOM_GENOMES",
     "RECORDING",
+    "RECORDING_FORMAT",
     "RECORDING_MEASURES",
     "SETTLING",
     "evaluation_file",
@@ -41,6 +42,7 @@ MATRIX = "matrix.csv"
 RECORDING = "inner_life.npz"
 RECORDING_MEASURES = "inner_life.json"
 RANDOM_GENOMES = "random_genomes.json"
+RECORDING_FORMAT = 1  # of these three; earlier versions wrote none
 SETTLING = "settling.csv"
 
 EVALUATION_TERRAINS = 10

@@ -13,10 +13,16 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from experiments.io import style
+from experiments.io.formats import require_format
 from experiments.io.reading import readable
 from experiments.report import tables
 from experiments.report.finished_runs import FinishedRuns, gather
-from experiments.runs.names import RANDOM_GENOMES, RECORDING, RECORDING_MEASURES
+from experiments.runs.names import (
+    RANDOM_GENOMES,
+    RECORDING,
+    RECORDING_FORMAT,
+    RECORDING_MEASURES,
+)
 
 __all__ = ["RecordedEpisode", "activations", "measures", "random_measures", "weight_distributions"]
 
@@ -107,7 +113,9 @@ def measures(condition: FinishedRuns) -> list[dict[str, Any]]:
 def _runs_in(path: Path) -> list[dict[str, Any]]:
     """What a file of measures says of each run."""
     with readable(path):
-        of_runs = json.loads(path.read_text(encoding="utf-8"))["runs"]
+        content = json.loads(path.read_text(encoding="utf-8"))
+        require_format(content.get("format", RECORDING_FORMAT), RECORDING_FORMAT)
+        of_runs = content["runs"]
         if not isinstance(of_runs, list) or not all(isinstance(each, dict) for each in of_runs):
             raise ValueError("runs: expected a list of objects")
     return of_runs
@@ -159,6 +167,8 @@ def _lives(conditions: Sequence[FinishedRuns]) -> list[RecordedEpisode]:
         speeds = np.nan_to_num(condition.fitness, nan=-np.inf)
         run, own, path = max(recorded, key=lambda each: speeds[each[0]])
         with readable(path), np.load(path) as file:
+            if "format" in file:
+                require_format(file["format"].item(), RECORDING_FORMAT)
             arrays = {name: file[name][own] for name in file if name.startswith(_PER_RUN)}
             arrays["times"] = file["times"]
         lives.append(RecordedEpisode(condition, described[run], arrays))

@@ -167,6 +167,7 @@ def test_files(recording: Recording, tmp_path) -> None:
             "activations_hidden",
             "activations_output",
             "areas",
+            "format",
             "histograms",
             "step",
             "terms",

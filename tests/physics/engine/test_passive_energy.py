@@ -61,8 +61,8 @@ def test_passive_robots_gain_no_energy(shape: str) -> None:
     """Beyond what a square's way out of the ground within a step puts into the springs: on hills up
     to 0.3 J/kg, on steps 5 m high up to 1.3 J/kg, and never more than was lost."""
     families = ("steppy-3-10", "steppy-5-10", "hilly-3-30")
-    grounds = [Terrain.from_name(name, seed=seed) for name in families for seed in range(SEEDS)]
-    sim = Simulator(shape, [*grounds, CLIFF], len(grounds) + 1)
+    terrains = [Terrain.from_name(name, seed=seed) for name in families for seed in range(SEEDS)]
+    sim = Simulator(shape, [*terrains, CLIFF], len(terrains) + 1)
     start = sim.center_of_mass()[:, 1]
     least = energy(sim)
     for _ in range(STEPS):
@@ -72,4 +72,4 @@ def test_passive_robots_gain_no_energy(shape: str) -> None:
         least = torch.minimum(least, now)
         assert (sim.center_of_mass()[:, 1] <= start + 1e-3).all()
     assert not sim.failed().any()
-    assert (least < energy(Simulator(shape, [*grounds, CLIFF], sim.n_worlds)) - 2).all()
+    assert (least < energy(Simulator(shape, [*terrains, CLIFF], sim.n_worlds)) - 2).all()
