@@ -40,6 +40,12 @@ class HebbianLinear(Described, Evolvable):
     >>> [round(abs(w), 4) for w in state.weights[0][0].tolist()]  # x itself: it has norm 1
     [0.6, 0.0, 0.8]
 
+    With `fixed=True` it has genes for weights that are not plastic and for how much the plastic
+    ones count, here 3 of each besides A, B, C and D:
+
+    >>> HebbianLinear(3, 1, fixed=True).n_genes
+    18
+
     Args:
         n_in: number of pre-synaptic neurons.
         n_out: number of post-synaptic neurons.

@@ -24,6 +24,7 @@ __all__ = [
     "RECORDING",
     "RECORDING_FORMAT",
     "RECORDING_MEASURES",
+    "SETTLING",
     "evaluation_file",
     "freezing_file",
     "present",
@@ -45,6 +46,7 @@ RECORDING = "recording.npz"
 RECORDING_MEASURES = "recording.json"
 RANDOM_GENOMES = "random_genomes.json"
 RECORDING_FORMAT = 1  # of these three; earlier versions wrote none
+SETTLING = "settling.csv"
 
 _FORMER = {RECORDING: "inner_life.npz", RECORDING_MEASURES: "inner_life.json"}
 """What earlier versions called some files."""

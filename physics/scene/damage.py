@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -53,6 +54,19 @@ class Damage:
             raise ValueError(f"damage: expected mode in {', '.join(MODES)}, got {self.mode!r}")
         if self.mask is not None:
             object.__setattr__(self, "mask", _bools(self.mask))
+
+    @classmethod
+    def from_name(cls, name: str) -> Damage | None:
+        """None for "none", `Damage()` for "half"; until version 0.3, and with a warning.
+
+        Raises:
+            ValueError: the name is neither.
+        """
+        words = "Damage.from_name goes with version 0.3; say None or Damage()"
+        warnings.warn(words, DeprecationWarning, stacklevel=2)
+        if name not in ("none", "half"):
+            raise ValueError(f"damage: expected none or half, got {name!r}")
+        return cls() if name == "half" else None
 
     def sample(self, seed: int, n_voxels: int) -> np.ndarray:
         """Which voxels of one world break.
