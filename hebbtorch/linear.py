@@ -30,7 +30,7 @@ class HebbianLinear(Described, Evolvable):
     """Plastic synapses from `n_in` to `n_out` neurons: y = f(W x + b), then W changes.
 
     The plastic weights are state, not parameters: see `initial_state` and `forward`. Any
-    dimensions to the left of the population's are batch: several lives under the same rules.
+    dimensions to the left of the population's are batch: several lifetimes under the same rules.
 
     >>> layer = HebbianLinear(3, 1, rule="oja", activation="identity", eta=0.1)
     >>> x, state = torch.tensor([0.6, 0.0, 0.8]), layer.initial_state("uniform")
@@ -39,6 +39,12 @@ class HebbianLinear(Described, Evolvable):
     ...         y, state = layer(x, state)
     >>> [round(abs(w), 4) for w in state.weights[0][0].tolist()]  # x itself: it has norm 1
     [0.6, 0.0, 0.8]
+
+    With `fixed=True` it has genes for weights that are not plastic and for how much the plastic
+    ones count, here 3 of each besides A, B, C and D:
+
+    >>> HebbianLinear(3, 1, fixed=True).n_genes
+    18
 
     Args:
         n_in: number of pre-synaptic neurons.

@@ -35,6 +35,12 @@ def draw_weights(
 ) -> Tensor:
     """Initial weights (*batch, *P, out, in).
 
+    >>> hebbtorch.HebbianLinear(3, 2, init=torch.eye(2, 3)).initial_weights().tolist()
+    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+    >>> small = hebbtorch.HebbianLinear(3, 2, init=lambda shape, g: 0.1 * torch.ones(shape))
+    >>> small.initial_weights(batch=(5,)).shape
+    torch.Size([5, 2, 3])
+
     Args:
         init: "zeros"; "uniform", U(-1, 1); "normal", N(0, 1); "kaiming", N(0, 2 / in) (He et al.
             2015); a tensor that broadcasts to the shape; or a callable (shape, generator) ->

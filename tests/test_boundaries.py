@@ -17,13 +17,14 @@ FORBIDDEN = {
 # What the folders and the single modules of a package may import of it, from the bottom up: only
 # what stands above them here, and of that only what is named.
 PHYSICS = {
+    "renamed": "",
     "backend": "",
     "checks": "",
     "scene": "checks",
     "engine": "backend checks scene",
     "worlds": "backend checks engine scene",
     "simulator": "backend checks engine scene worlds",
-    "render": "scene",
+    "render": "renamed scene",
     "envs": "checks render scene simulator worlds",
 }
 EXPERIMENTS = {
@@ -32,7 +33,7 @@ EXPERIMENTS = {
     "rollout": "config",
     "runs": "config io",
     "analysis": "config io rollout runs",
-    "validate": "io rollout",
+    "validate": "analysis io rollout",
     "evolution": "analysis config io rollout runs",
     "report": "analysis config io runs",
     "campaign": "analysis config evolution io report rollout runs",
@@ -47,7 +48,7 @@ INSIDE = {
     "physics.checks": {"bench", "config"},
     "physics.backend": {"bench", "rollout"},
     "physics.engine": {"bench", "rollout"},
-    "physics.envs": {"bench"},
+    "physics.envs": {"bench", "soak"},
     "physics.render": {"analysis", "evolution", "report", "runs"},
     "physics.scene": {"soak", "validate"},
 }

@@ -51,6 +51,7 @@ def _log_second(
     file: EventFile, course: Trajectory, genome: Tensor, second: int, here: np.ndarray
 ) -> None:
     """What happened in the second that ends now."""
+    assert course.config is not None
     x, times = course.centers[here, 0], course.times[here]
     values: dict[str, float | None] = {
         "life/speed": float((x[-1] - x[0]) / (times[-1] - times[0])),
@@ -74,6 +75,7 @@ def _log_second(
 
 def _shares(course: Trajectory, genome: Tensor, here: np.ndarray) -> list[dict[str, float | None]]:
     """Shares of the terms of the rule in the changes of each layer."""
+    assert course.config is not None
     network = controller.build(course.config, 1)
     if not (course.activations and isinstance(network, hebbtorch.HebbianMLP)):
         return []
@@ -89,6 +91,7 @@ def _shares(course: Trajectory, genome: Tensor, here: np.ndarray) -> list[dict[s
 
 def _log_course(file: EventFile, course: Trajectory) -> None:
     """Pictures of the whole episode, at its last second."""
+    assert course.config is not None
     end = round(course.times[-1])
     if course.config.controller == "hebbian":
         for k, weights in enumerate(course.weights):

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from experiments.analysis import trajectory_file
 from experiments.analysis.film_options import FilmOptions
 from experiments.analysis.spectrum import period_of
 from experiments.analysis.trajectory import Trajectory, record
@@ -49,9 +50,9 @@ def film_run(
     """Film the champion of a run: gait.png, gait.mp4 and, if it is short, gait.gif.
 
     Args:
-        folder: The folder of the run.
+        folder: The folder of the run; or a file with a recorded trajectory, filmed as it is.
         run: which one, of several; by default the one with the fittest champion.
-        out: folder for the files, created if need be; by default the run's.
+        out: folder for the files, created if need be; by default the run's, or the file's.
         seed: The seed of terrain, sensor noise, damage and initial weights: the episode is that of
             the re-assessment on terrain ``seed``.
         start: when the film begins [s]; by default after the robot has learned to walk.
@@ -69,14 +70,19 @@ def film_run(
     """
     options = options or FilmOptions()
     options.validate()
-    champions = Champions.load(folder)
-    run = chosen_run(champions, folder, run)
-    out = folder if out is None else out
-    require_folder(out)
-    course = record(
-        champions.config, champions.genomes[run], seed=seed, start=start, seconds=seconds
-    )
-    origin = f"run {run}, generation {champions.config.generations}"
+    if out is None:
+        out = folder.parent if folder.is_file() else folder
+    if folder.is_file():
+        require_folder(out)
+        course, origin = trajectory_file.load(folder), folder.stem
+    else:
+        champions = Champions.load(folder)
+        run = chosen_run(champions, folder, run)
+        require_folder(out)
+        course = record(
+            champions.config, champions.genomes[run], seed=seed, start=start, seconds=seconds
+        )
+        origin = f"run {run}, generation {champions.config.generations}"
     out.mkdir(parents=True, exist_ok=True)
     files = [out / f"gait.{suffix}" for suffix in options.stills]
     page = draw_gait(course, origin, options)

@@ -17,7 +17,7 @@ from torch import Tensor
 
 from experiments.analysis.unseen import speeds_on
 from experiments.config import EvolveConfig
-from experiments.io.csvfile import write_csv
+from experiments.io.csvfile import labelled, write_csv
 from experiments.io.outputs import require_writable
 from experiments.rollout import controller, seeds
 from experiments.rollout.episode import Episode, simulator, start_episode
@@ -74,12 +74,8 @@ class Freezing:
 
     def write(self, out: Path) -> Path:
         """Write a CSV file: run, second, terrain, speed [m/s]."""
-        rows = (
-            (run, second, terrain, speed)
-            for run, of_run in enumerate(self.speeds.tolist())
-            for second, of_second in enumerate(of_run)
-            for terrain, speed in zip(self.terrains, of_second, strict=True)
-        )
+        runs, seconds, _ = map(range, self.speeds.shape)
+        rows = labelled(self.speeds, runs, seconds, self.terrains)
         return write_csv(out, ("run", "second", "terrain", "speed"), rows)
 
     def draw(self, out: Path) -> list[Path]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from experiments.analysis import endurance, generalization, paired, pruning, recording
+from experiments.analysis import endurance, generalization, paired, pruning, recording, settling
 from experiments.analysis import validation_matrix as validation
 from experiments.analysis.freezing import freeze, plastic_champions
 from experiments.analysis.unseen import assess
@@ -24,6 +24,7 @@ __all__ = [
     "paired_speeds",
     "pruned",
     "random_genomes",
+    "settled",
     "unseen_terrains",
 ]
 
@@ -105,6 +106,16 @@ def random_genomes(run_folder: Path) -> Path:
     """
     out = run_folder / names.RANDOM_GENOMES
     return out if out.exists() else recording.write_random(run_folder)
+
+
+def settled(run_folder: Path) -> Path:
+    """Whether the weights of champions come to rest, with or without learning: settling.csv.
+
+    Raises:
+        ValueError: the run cannot be read, or its controllers are static.
+    """
+    out = run_folder / names.SETTLING
+    return out if out.exists() else settling.write(run_folder)
 
 
 def pruned(run_folder: Path) -> Path:

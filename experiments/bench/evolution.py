@@ -84,8 +84,8 @@ def paper_run_minutes(seconds: float, setting: Setting) -> float:
             as proportional to their length.
     """
     generations = _PAPER_EVALUATIONS / setting.population
-    lives = steps_in(_PAPER_DURATION) / steps_in(setting.duration)
-    return seconds * lives * generations / setting.runs / 60
+    times_as_long = steps_in(_PAPER_DURATION) / steps_in(setting.duration)
+    return seconds * times_as_long * generations / setting.runs / 60
 
 
 def _rate(setting: Setting) -> float:

@@ -53,17 +53,17 @@ def _kernel(program: backend.Program) -> Any:
     ):
         for q in range(backend.GRAIN):
             if q == 0:
-                sizes = load_sizes(mi)
+                sizes = load_sizes(mi, 0)
                 for g in range(lists.shape[0]):
                     state, before, m = ti.static(
                         (
-                            T.group(S, g, sizes.items, T.lists(lists, g)),
-                            T.group(S_before, g, sizes.items, T.lists(lists_before, g)),
+                            T.group(S, g, sizes.group_items, T.lists(lists, g)),
+                            T.group(S_before, g, sizes.group_items, T.lists(lists_before, g)),
                             Tables(sizes, mi, mf, stages),
                         )
                     )
                     for _time in range(times):
-                        for item in range(m.items):
+                        for item in range(m.group_items):
                             state[item] = before[item]
                         for item in range(state.lists.items):
                             state.lists[item] = before.lists[item]

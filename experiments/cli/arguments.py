@@ -7,11 +7,12 @@ from typing import Annotated
 
 import tyro
 
-__all__ = ["Root", "Roots", "RunFolder", "RunOrRoot", "Studies", "one_thread"]
+__all__ = ["Root", "Roots", "RunFolder", "RunOrFile", "RunOrRoot", "Studies", "one_thread"]
 
 RunFolder = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
-RunOrRoot = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|ROOT")]
-Roots = Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="ROOT [ROOT ...]")]
+RunOrFile = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|FILE")]
+RunOrRoot = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|ROOT|FILE")]
+Roots = Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="ROOT|FILE [...]")]
 Root = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="ROOT")]
 Studies = Annotated[
     tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="[STUDY [STUDY ...]]")

@@ -51,7 +51,7 @@ def report(folder: RunOrRoot, seed: int = 0, out: Path | None = None) -> None:
         hebbtorch report runs/paper --out paper.html
 
     Args:
-        folder: Folder of a finished run or of a campaign.
+        folder: Folder of a finished run or of a campaign, or a file that `record` wrote.
         seed: Decides terrain, sensor noise and damage of the episodes shown.
         out: HTML file; by default report.html in the folder.
     """
@@ -104,7 +104,8 @@ def figures(roots: Roots, seed: int = 0, out: Path | None = None) -> None:
         hebbtorch figures runs/a runs/b --out figures
 
     Args:
-        roots: Folder of a campaign, packed or not, or any folders with finished runs below them.
+        roots: Folder of a campaign, packed or not, or any folders with finished runs below them; or
+            files that `record` wrote, each of which gets a figure.
         seed: Decides the resampling behind the bootstrap intervals.
         out: Folder for the files; by default `figures` in the first folder.
     """

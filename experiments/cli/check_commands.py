@@ -15,6 +15,7 @@ def validate(
     json: Path | None = None,
     out: Path | None = None,
     seed: int = 0,
+    trajectory: tuple[Path, ...] = (),
 ) -> None:
     """Compare the simulator with recorded runs; exit code 1 if any case fails.
 
@@ -27,11 +28,12 @@ def validate(
         json: File for the table in JSON.
         out: Folder for pictures of recorded runs and ours; by default none are drawn.
         seed: Decides the motions in the cases that need no recorded run.
+        trajectory: Files that `record` wrote: replay their actuation, and only that.
     """
     from experiments.validate import validate as run_validation
 
     one_thread()
-    sys.exit(run_validation(reference, json, out, seed=seed))
+    sys.exit(run_validation(reference, json, out, seed=seed, trajectories_of=trajectory))
 
 
 def bench(
@@ -42,12 +44,15 @@ def bench(
     seed: int = 0,
     threads: int | None = None,
     against: Path | None = None,
+    environments: int = 0,
+    evogym: str | None = None,
 ) -> None:
     """Measure how fast everything runs here, and compare it with recorded baselines.
 
     For example:
         hebbtorch bench --quick
         hebbtorch bench --profile --out bench
+        hebbtorch bench --environments 16384 --out bench
 
     Args:
         json: File for the table in JSON.
@@ -58,11 +63,16 @@ def bench(
         threads: The number of threads of the evolution; all cores if not given. All else is
             measured on one.
         against: Another checkout of this project: measure both in turns, and only that.
+        environments: Measure vector environments, 1, 4, 16, ... up to so many, and only that.
+        evogym: A Python that has EvoGym, which is measured beside them; by default this one.
     """
     from experiments.bench import bench as run_bench
 
     one_thread()
-    run_bench(json, out, quick=quick, profile=profile, seed=seed, threads=threads, against=against)
+    run_bench(
+        json, out, quick=quick, profile=profile, seed=seed, threads=threads, against=against,
+        environments=environments, evogym=evogym,
+    )  # fmt: skip
 
 
 def soak(

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 import tyro
 
 from experiments.analysis.film_options import FilmOptions
-from experiments.cli.arguments import RunFolder, one_thread
+from experiments.cli.arguments import RunFolder, RunOrFile, one_thread
 from experiments.cli.evolve_options import GroupedOptions, flat
 from experiments.config import EvolveConfig
 
@@ -55,6 +55,7 @@ def evaluate(
     terrains: int = 10,
     terrain: str = "same",
     damage: Literal["same", "none", "half"] = "same",
+    change: tuple[str, ...] = (),
     seed: int = 0,
     out: Path | None = None,
 ) -> None:
@@ -63,12 +64,16 @@ def evaluate(
     For example:
         hebbtorch evaluate runs/first
         hebbtorch evaluate runs/first --terrain flat --damage half
+        hebbtorch evaluate runs/first --change gravity=5 noise_lidar=0.1 control_delay=2
 
     Args:
         folder: Folder of the run.
         terrains: Number of terrains.
         terrain: Kind of terrain, such as hilly-3-30 or flat, or the same as in the evolution.
         damage: As in `evolve`, or the same as in the evolution.
+        change: Other conditions than in the evolution, each NAME=VALUE: noise (of all sensors, or
+            noise_area and so on), gravity, friction, springs, control interval, delay and cut-off,
+            and how damage is.
         seed: Decides sensor noise and damage.
         out: CSV file to write; by default one in the run's folder, named after the conditions.
     """
@@ -82,6 +87,7 @@ def evaluate(
         None if damage == "same" else damage,
         seed,
         out,
+        change,
     )
 
 
@@ -109,8 +115,56 @@ def freeze(
     freeze_run(folder, terrains, seed, out)
 
 
-def render(
+def record(
     folder: RunFolder,
+    out: Path,
+    run: int | None = None,
+    start: float = 0.0,
+    seconds: float | None = None,
+    every: int = 1,
+    weights_every: float = 0.5,
+    seed: int = 0,
+) -> None:
+    """Record an episode of a run's champion into one file, for render, figures, report, validate.
+
+    The file holds poses, actuation, contacts, readings, rewards, activations and weights;
+    docs/howto/trajectories.md says how.
+
+    For example:
+        hebbtorch record runs/first --out walk.safetensors
+        hebbtorch record runs/first --out walk.safetensors --start 20 --seconds 8 --every 2
+
+    Args:
+        folder: Folder of the run.
+        out: File to write, ending in .safetensors; it is replaced.
+        run: Which one, if the folder has several; by default that of the best champion.
+        start: Beginning of the recording [s].
+        seconds: Length of the recording [s]; by default all of the episode.
+        every: Control steps between two recorded instants.
+        weights_every: Seconds between two recordings of the weights.
+        seed: Decides terrain, sensor noise and damage of the episode.
+    """
+    from experiments.analysis import trajectory_file
+    from experiments.analysis.film import chosen_run
+    from experiments.analysis.trajectory import record as record_course
+    from experiments.runs.champions import Champions
+
+    one_thread()
+    trajectory_file.check_path(out)
+    if every < 1:
+        raise ValueError(f"every: expected an integer >= 1, got {every}")
+    champions = Champions.load(folder)
+    genome = champions.genomes[chosen_run(champions, folder, run)]
+    course = record_course(
+        champions.config, genome, seed=seed, start=start, seconds=seconds, every=every,
+        weights_every=weights_every,
+    )  # fmt: skip
+    trajectory_file.save(course, out)
+    print(f"wrote {out}: {len(course.times)} instants, {course.speed:.2f} m/s")
+
+
+def render(
+    folder: RunOrFile,
     look: FilmOptions,
     run: int | None = None,
     start: float | None = None,
@@ -124,10 +178,11 @@ def render(
     For example:
         hebbtorch render runs/first
         hebbtorch render runs/first --start 0 --seconds 60 --gif no
+        hebbtorch render walk.safetensors
         hebbtorch render runs/first --beside damaged frozen --stills png pdf
 
     Args:
-        folder: Folder of the run.
+        folder: Folder of the run, or a file that `record` wrote.
         look: How films and stills look.
         run: Which one, if the folder has several; by default that of the best champion.
         start: Beginning of the film [s]; by default after the robot has learned to walk.
@@ -168,4 +223,4 @@ def _free_folder(config: EvolveConfig) -> Path:
     return folder
 
 
-COMMANDS = (evolve, evaluate, freeze, render)
+COMMANDS = (evolve, evaluate, freeze, record, render)

@@ -87,6 +87,7 @@ def _digest(tensors: Mapping[str, Tensor], config: str) -> str:
         tensor = tensors[name]
         for text in (name, str(tensor.dtype), str(tuple(tensor.shape))):
             state.update(text.encode() + b"\0")
-        state.update(tensor.contiguous().reshape(-1).view(torch.uint8).numpy().tobytes())
+        if tensor.numel() > 0:
+            state.update(tensor.contiguous().reshape(-1).view(torch.uint8).numpy().tobytes())
     state.update(config.encode())
     return state.hexdigest()

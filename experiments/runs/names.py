@@ -22,6 +22,7 @@ __all__ = [
     "RECORDING",
     "RECORDING_FORMAT",
     "RECORDING_MEASURES",
+    "SETTLING",
     "evaluation_file",
     "freezing_file",
 ]
@@ -42,6 +43,7 @@ RECORDING = "inner_life.npz"
 RECORDING_MEASURES = "inner_life.json"
 RANDOM_GENOMES = "random_genomes.json"
 RECORDING_FORMAT = 1  # of these three; earlier versions wrote none
+SETTLING = "settling.csv"
 
 EVALUATION_TERRAINS = 10
 """Unseen terrains of a re-assessment, as in the paper (Sec. IV-A)."""

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import resource
 from collections import Counter
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +12,7 @@ import torch
 from torch import Tensor
 
 from experiments.soak.energy import energy_per_kg
+from experiments.soak.memory import resident_memory
 from physics import Damage, Morphology, Simulator, Terrain
 
 __all__ = ["WorldCounts", "try_worlds"]
@@ -92,7 +91,7 @@ def try_worlds(seed: int, trial: int, counts: WorldCounts) -> None:
         words = f"seed {seed}, trial {trial}: {dict(faults)} {shape.cells} {names} {damage}"
         counts.examples.append(words)
     if counts.trials in (5, 50) or counts.trials % 100 == 0:
-        counts.memory.append(_memory())
+        counts.memory.append(resident_memory())
 
 
 def _shape(draws: np.random.Generator) -> Morphology:
@@ -179,12 +178,3 @@ def _present(sim: Simulator, terrains: list[Terrain]) -> Tensor:
     ends = torch.tensor([(t.xs[0], t.xs[-1]) for t in terrains], dtype=x.dtype, device="cpu")
     inside = (x > ends[:, :1] + 3) & (x < ends[:, 1:] - 3)
     return ~sim.failed() & inside.all(1)
-
-
-def _memory() -> float:
-    """Resident memory of this process [MB]."""
-    try:
-        pages = int(Path("/proc/self/statm").read_text().split()[1])
-    except OSError:  # no Linux: the greatest so far
-        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
-    return pages * resource.getpagesize() / 1e6

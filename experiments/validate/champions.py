@@ -26,7 +26,7 @@ _MEDIAN = Tolerance("within", 2.0)
 
 @dataclass(frozen=True)
 class _Champions:
-    """Champions of one kind, each on several grounds: episodes (E,).
+    """Champions of one kind, each on several terrains: episodes (E,).
 
     Attributes:
         name: The name of the case.
@@ -132,5 +132,5 @@ def _replay(champions: _Champions, setting: Setting) -> Outcome:
 
 
 def _medians(runs: np.ndarray, speeds: np.ndarray) -> np.ndarray:
-    """Of each champion over its grounds."""
+    """Of each champion over its terrains."""
     return np.array([np.median(speeds[runs == run]) for run in np.unique(runs)])

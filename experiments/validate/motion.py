@@ -60,8 +60,8 @@ def speeds(sim: Simulator, actuations: Tensor) -> np.ndarray:
         actuations: (T, N, V); a first step with zero actuation comes before row 0.
     """
     sim.step(torch.zeros(sim.n_worlds, sim.n_voxels))
-    start, birth = sim.center_of_mass()[:, 0].double(), sim.time
+    start, began = sim.center_of_mass()[:, 0].double(), sim.time
     for chunk in actuations.split(_CHUNK):
         sim.run(chunk)
-    speed = (sim.center_of_mass()[:, 0].double() - start) / (sim.time - birth)
+    speed = (sim.center_of_mass()[:, 0].double() - start) / (sim.time - began)
     return torch.where(sim.failed(), torch.nan, speed).numpy()

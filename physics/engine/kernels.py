@@ -13,7 +13,7 @@ from physics.backend import Kernel, Program, Real, ti
 from physics.engine import actuation, step
 from physics.engine.memory import layout as lay
 from physics.engine.memory import partial_group
-from physics.engine.memory.model import Tables, load_sizes
+from physics.engine.memory.model import Tables, load_sizes, sizes_of_group
 from physics.engine.sensing import sense
 
 
@@ -148,11 +148,12 @@ def _over_groups(T: Real, kind: Any, work: Callable[..., Any]) -> Kernel:
     ):
         for q in range(chunks * T.grain):
             if q % T.grain == 0:
-                sizes = load_sizes(mi)
+                sizes = load_sizes(mi, 0)
                 begin_group, end_group = _share(q // T.grain, first, count, chunks)
                 for g in range(begin_group, end_group):
+                    sizes_of_group(sizes, mi, g)
                     state, m = ti.static(
-                        (T.group(S, g, sizes.items, T.lists(lists, g)), Tables(sizes, mi, mf))
+                        (T.group(S, g, sizes.group_items, T.lists(lists, g)), Tables(sizes, mi, mf))
                     )
                     if ti.static(T.narrow):
                         partial_group.squeeze(state, T)

@@ -58,7 +58,7 @@ def sense(S: ti.template(), m: ti.template(), T: ti.template()):
         if kind != TOUCH and kind != RAY:
             value = T.f(0.5) + T.f(0.5) * tanh(value, T)
         S[m.reading_block + r] = value
-    if m.numbers[F_NOISE] > T.f(0.0):
+    if m.numbers[m.own_numbers + F_NOISE] > T.f(0.0):
         noise.add_to_readings(S, m, T)
     if m.damage_mode == BLIND:
         for r in range(m.readings):
@@ -80,8 +80,7 @@ def area_ratio(voxel: ti.template(), T: ti.template()):
         c, s = voxel[o + lay.COS], voxel[o + lay.SIN]
         x[k] = (voxel[o + lay.X] - voxel[lay.X]) + (c * ax - s * ay)
         y[k] = (voxel[o + lay.Y] - voxel[lay.Y]) + (s * ax + c * ay)
-    # Half the cross product of the diagonals.
-    cross = (x[2] - x[0]) * (y[3] - y[1]) - (x[3] - x[1]) * (y[2] - y[0])
+    cross, _ = ti.static((material.crossed_diagonals(x, y), 0))
     return magnitude(cross, T) * T.f(0.5 / material.VOXEL_SIDE**2)
 
 
@@ -191,7 +190,7 @@ def _cast_ray(
     x = x * T.f(0.25)
     y = y * T.f(0.25)
     zero = T.vec(0.0)
-    numbers = F_RAYS + F_RAY_ROW * ray
+    numbers = m.own_numbers + F_RAYS + F_RAY_ROW * ray
     cr, sr, far = m.numbers[numbers], m.numbers[numbers + 1], m.numbers[numbers + 2]
     ux = c * cr - s * sr
     uy = s * cr + c * sr

@@ -8,6 +8,7 @@ from physics.engine.contacts import (
     ground_solver,
     self_detection,
     self_solver,
+    terrain_window,
 )
 from physics.engine.joints import ropes, springs, welds
 from physics.engine.lane_math import any_lane, magnitude
@@ -41,7 +42,7 @@ def touch(S: ti.template(), terrain: ti.template(), m: ti.template(), advanced, 
     """Second half of a step: finds contacts. Without the first (``advanced`` is false) it is a
     look at poses that were set by hand, of which none has landed."""
     if m.stages & DETECTION:
-        ground_detection.update_window(S, terrain, m, T)
+        terrain_window.update(S, terrain, m, T)
         detect(S, m, advanced, T)
     if ti.static(T.features.self_collision):  # noqa: SIM102 - compile-time
         if m.stages & SELF_COLLISION:
@@ -104,9 +105,9 @@ def count_step(S: ti.template(), m: ti.template(), T: ti.template()):
     """A world goes on until its last step is done, it failed or its robot left the ground."""
     h = m.header
     left = step_counter.steps_until(S, m, lay.H_LIFE_HIGH, S[h + lay.H_LIFE], T)
-    lives = (left > T.f(0.0)) & (S[h + lay.H_FAILED] == T.f(0.0))
-    lives = lives & (S[h + lay.H_LEFT] == T.f(0.0))
-    alive = ti.select(lives, T.vec(1.0), T.vec(0.0))
+    going = (left > T.f(0.0)) & (S[h + lay.H_FAILED] == T.f(0.0))
+    going = going & (S[h + lay.H_LEFT] == T.f(0.0))
+    alive = ti.select(going, T.vec(1.0), T.vec(0.0))
     S[h + lay.H_ALIVE] = alive
     step_counter.advance(S, m, alive, T)
 

@@ -78,6 +78,18 @@ PASSIVE = Material("passive", actuated=False)
 STIFF = Material("stiff", actuated=False, frequency=30.0, damping=1.0)
 
 
+def crossed_diagonals(x: Any, y: Any) -> Any:
+    """Cross product of the diagonals of a quadrilateral: twice its area, with a sign.
+
+    It is plain arithmetic, so that kernels, the simulator and pictures share it.
+
+    Args:
+        x: The abscissas of its four corners in order: numbers, arrays, tensors or lane vectors.
+        y: Their ordinates.
+    """
+    return (x[2] - x[0]) * (y[3] - y[1]) - (x[3] - x[1]) * (y[2] - y[0])
+
+
 @dataclass(frozen=True)
 class SpringLengths:
     """Rest lengths of one family of springs [m] at actuation 0, +1 (contracted), -1 (expanded)."""

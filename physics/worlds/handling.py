@@ -19,13 +19,8 @@ __all__ = ["Handled"]
 
 
 class Handled(Launcher):
-    """N worlds whose state can be taken, given and set by hand.
+    """N worlds whose state can be taken, given and set by hand."""
 
-    Attributes:
-        sensor_names: The names of the readings, R.
-    """
-
-    sensor_names: tuple[str, ...]
     _at_start: bool
 
     # --- saved worlds ---------------------------------------------------------------------------
@@ -56,7 +51,7 @@ class Handled(Launcher):
         items = backend.unpacked(saved["items"].to(self._state.items), self.lanes)
         lists = backend.unpacked(saved["lists"].to(self._state.lists), self.lanes)
         layout = dataclasses.replace(self._state.layout, segments=saved["segments"])
-        state = st.State(items.clone(), lists.clone(), layout, self.n_worlds)
+        state = st.State(items.clone(), lists.clone(), layout, self.n_worlds, self._places)
         if layout != self._state.layout:
             state = st.widened(state, self._state.layout)
         self._state = state
@@ -65,10 +60,17 @@ class Handled(Launcher):
 
     def _signature(self) -> dict[str, Any]:
         """What saved worlds must have in common with these."""
+        robots = [
+            {
+                "body": body.morphology.grid.astype(int).tolist(),
+                "materials": [each.name for each in body.morphology.materials],
+                "sensors": list(body.apparatus.names(body.morphology)),
+            }
+            for body in self.bodies.unlike
+        ]
+        several = {"robots": robots, "robot_of_world": self.bodies.of_world.tolist()}
         return {
-            "body": self.morphology.grid.astype(int).tolist(),
-            "materials": [each.name for each in self.morphology.materials],
-            "sensors": list(self.sensor_names),
+            **(robots[0] if self.bodies.alike else several),
             "n_worlds": self.n_worlds,
             "ground": self._batch.terrains is not None,
             "dtype": str(self.dtype),

@@ -8,6 +8,7 @@ from torch import Tensor
 from physics.engine.memory import layout as lay
 from physics.engine.memory.state import State
 from physics.scene import clock, material
+from physics.scene.bodies import Bodies
 
 __all__ = ["Observed"]
 
@@ -18,11 +19,15 @@ class Observed:
     Attributes:
         dtype, device: The data type and the device of the state.
         n_readings: The number of readings of a world's sensors, R.
+        bodies: The robots. Where they differ, V and R are those of the largest; voxels that a
+            world's robot lacks have NaN for numbers, False for flags and actuation 0, and
+            readings that it lacks are 0.
     """
 
     dtype: torch.dtype
     device: torch.device
     n_readings: int
+    bodies: Bodies
     _state: State
     _steps: int  # since the last reset of all worlds
     _center: Tensor | None = None  # of mass, if it was asked for since worlds moved
@@ -58,8 +63,23 @@ class Observed:
     def center_of_mass(self) -> Tensor:
         """Mean of the voxel centres [m], (N, 2)."""
         if self._center is None:
-            self._center = self.voxel_centers().mean(1)
+            self._center = self._mean_over_voxels(self.voxel_centers())
         return self._center.clone()
+
+    def voxels_present(self) -> Tensor:
+        """Which voxels the robots have, (N, V) bool: all, unless robots differ."""
+        return torch.from_numpy(self.bodies.present()).to(self.device)
+
+    def _mean_over_voxels(self, values: Tensor) -> Tensor:
+        """Of what voxels have, (N, V, ...), the mean in each robot, (N, ...)."""
+        if self.bodies.alike:
+            return values.mean(1)
+        means = torch.empty_like(values[:, 0])
+        counts = self.voxels_present().sum(1)
+        for count in counts.unique().tolist():  # a sum depends on the number of its terms
+            own = counts == count
+            means[own] = values[own, :count].mean(1)
+        return means
 
     def area_ratios(self) -> Tensor:
         """Area of each voxel over its area at rest, (N, V)."""
@@ -69,8 +89,7 @@ class Observed:
         c, s = bodies[..., lay.COS], bodies[..., lay.SIN]
         x = bodies[..., lay.X] - bodies[..., :1, lay.X] + (c * ax - s * ay)
         y = bodies[..., lay.Y] - bodies[..., :1, lay.Y] + (s * ax + c * ay)
-        across = (x[..., 2] - x[..., 0]) * (y[..., 3] - y[..., 1])
-        cross = across - (x[..., 3] - x[..., 1]) * (y[..., 2] - y[..., 0])
+        cross = material.crossed_diagonals(x.unbind(-1), y.unbind(-1))
         return cross.abs() / (2 * material.VOXEL_SIDE**2)
 
     def touching(self) -> Tensor:

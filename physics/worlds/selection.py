@@ -26,7 +26,7 @@ def chosen_worlds(name: str, mask: Any, n_worlds: int) -> np.ndarray:
 
 
 def lifetimes_in_steps(lifetime: float | Sequence[float] | None, n_worlds: int) -> np.ndarray:
-    """Engine steps that every world lives, (N,) int64."""
+    """Length of the episode of every world in engine steps, (N,) int64."""
     if lifetime is None:
         return np.full(n_worlds, clock.MOST_STEPS)
     seconds = list(lifetime) if checks.is_sequence(lifetime) else [lifetime] * n_worlds

@@ -97,11 +97,11 @@ def write_generalization(folder: Path, training: Sequence[float], unseen: Sequen
 def write_inner_life(
     folder: Path, runs: int, *, growth: float = 4.0, period: float = 1.5, gain: float = 20.0
 ) -> None:
-    """Lives with weights that grow, and with neurons that cycle with the gait.
+    """Episodes with weights that grow, and with neurons that cycle with the gait.
 
     Args:
         folder: of the run.
-        runs: how many lives.
+        runs: how many episodes.
         growth: of the weights between the second and the third time.
         period: of gait and neurons [s].
         gain: of the neurons; a large one saturates them.

@@ -23,7 +23,7 @@ _Results = tuple[dict[str, Any], dict[str, Tensor]]
 
 
 def both(precision: str, folder: Path) -> _Results:
-    """What the lives give on the stand-in, in a process of its own, and on the CPU meanwhile."""
+    """What the episodes give on the stand-in, in a process of its own, and on the CPU meanwhile."""
     file = folder / f"{precision}.pt"
     paths = [str(folder), os.environ.get("LD_LIBRARY_PATH", "")]
     with subprocess.Popen(

@@ -252,7 +252,7 @@ CLAIMS: Sequence[Claim] = (
     Claim(
         "21",
         "Sec. IV-D",
-        "Weights drawn from U(-1, 1) at birth make no difference.",
+        "Weights drawn from U(-1, 1) at the beginning make no difference.",
         "best speed of each run; within 20 % of the full model",
         partial(
             judges.against_full, judge=verdicts.alike, variant={"init": "uniform"}, name="U(-1, 1)"

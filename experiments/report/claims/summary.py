@@ -104,7 +104,7 @@ def _page(claim: Claim, finding: Finding, out: Path) -> str:
         f"- **Measured, and what would support it**: {claim.test}",
         f"- **Commands**: {runs}, then `hebbtorch figures ROOT`; film: {film}",
         f"- **Tables**: {', '.join(f'[{name}]({name}.csv)' for name in drawn) or 'none yet'}",
-        "- **Tests**: of the rules and measures, `tests/experiments/test_claims.py`",
+        "- **Tests**: of the rules and measures, `tests/experiments/report/test_claims.py`",
         "",
         *([f"- {line}" for line in finding.measured] or ["- nothing measured"]),
         *(f"\n![{name}]({name}.png)" for name in drawn),

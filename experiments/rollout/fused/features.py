@@ -138,7 +138,7 @@ def _why_not_state(state: hebbtorch.State) -> str | None:
             return f"a state with {sorted(own - _MEMORY)}"
         step = memory.get("step")
         if step is not None and step.numel() and bool((step != step.flatten()[0]).any()):
-            return "individuals whose lives began at different steps"
+            return "individuals whose lifetimes began at different steps"
     return None
 
 

@@ -14,6 +14,7 @@ identity: linear velocity in m/s, angular velocity times GYRATION, impulses divi
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 
@@ -137,6 +138,11 @@ class Layout:
     self_contacts: int
     continuous: int
     delay: int = 0
+
+    def union(self, other: Layout) -> Layout:
+        """The layout that has room for what either has."""
+        sizes = zip(dataclasses.astuple(self), dataclasses.astuple(other), strict=True)
+        return Layout(*(max(pair) for pair in sizes))
 
     @property
     def header(self) -> int:

@@ -1,7 +1,9 @@
 """What stays fixed while a batch of worlds is simulated, as tables for the kernels."""
 
+import dataclasses
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -97,9 +99,14 @@ _SIZES = (
     "pair_table",
     "voxel_pairs",
     "continuous_block",
-    "items",
+    "group_items",
+    "own_numbers",  # first of this robot's in the table of numbers
+    "next_group",  # first group that does not have this robot
+    "next_sizes",  # place of the sizes of that group's robot
 )
 Sizes = ti.types.struct(**dict.fromkeys(_SIZES, ti.i32))
+
+_LAST = 2**31 - 1  # no group comes after
 
 I_SPRINGS = len(_SIZES)  # rows of: items of body 1 and of body 2 in the voxel block
 I_SPRING_ROW = 2
@@ -126,9 +133,16 @@ _KINDS = {
 
 
 @ti.func
-def load_sizes(integers: ti.template()):
-    """The sizes of the model, read once at the start of a kernel."""
-    return Sizes(*[integers[k] for k in ti.static(range(len(_SIZES)))])
+def load_sizes(integers: ti.template(), first):
+    """The sizes of a robot's model, which stand from ``first`` on."""
+    return Sizes(*[integers[first + k] for k in ti.static(range(len(_SIZES)))])
+
+
+@ti.func
+def sizes_of_group(sizes: ti.template(), integers: ti.template(), group):
+    """Turns to the robot of a group, from that of a group before it."""
+    while group >= sizes.next_group:
+        sizes = load_sizes(integers, sizes.next_sizes)
 
 
 class Tables:
@@ -190,6 +204,7 @@ def build(
     extent: float,
     damage_mode: str,
     lanes: int,
+    room: Layout | None = None,
 ) -> Model:
     """The model of a robot.
 
@@ -202,12 +217,13 @@ def build(
         extent: width of the ground in the window [m].
         damage_mode: one of damage.MODES.
         lanes: worlds per group.
+        room: of other robots in the same state, which has to hold this one too.
     """
     reading_rows, rays, intervals, ring_items = _readings(apparatus)
     features = engine.features(morphology)
     pairs = _voxel_pairs(morphology) if features.self_collision else []
     limit = lay.SELF_CONTACTS_PER_VOXEL * morphology.n_voxels
-    layout = Layout(
+    own = Layout(
         voxels=morphology.n_voxels,
         welds=len(morphology.welds),
         segments=segments,
@@ -217,6 +233,7 @@ def build(
         continuous=4 * morphology.n_voxels if features.continuous else 0,
         delay=conditions.control_delay,
     )
+    layout = own if room is None else own.union(room)
     springs = [(s.square1 * lay.BODY_ITEMS, s.square2 * lay.BODY_ITEMS) for s in material.SPRINGS]
     ropes = [(a * lay.BODY_ITEMS, b * lay.BODY_ITEMS) for a, b in material.ROPES]
     welds = [_weld_row(morphology, *pair) for pair in morphology.welds]
@@ -225,10 +242,10 @@ def build(
     interval_table = pair_table + PAIR_ROW * len(pairs)
     interval_steps, windows = _windows(intervals)
     sizes = {
-        "voxels": layout.voxels,
-        "welds": layout.welds,
+        "voxels": own.voxels,
+        "welds": own.welds,
         "segments": layout.segments,
-        "readings": layout.readings,
+        "readings": own.readings,
         "header": layout.header,
         "weld_block": layout.weld_block,
         "window": layout.window,
@@ -259,7 +276,10 @@ def build(
         "pair_table": pair_table,
         "voxel_pairs": len(pairs),
         "continuous_block": layout.continuous_block,
-        "items": layout.items,
+        "group_items": layout.items,
+        "own_numbers": 0,
+        "next_group": _LAST,
+        "next_sizes": 0,
     }
     rows = [*springs, *ropes, *welds, *reading_rows, *pairs]
     integers = np.concatenate(
@@ -282,6 +302,44 @@ def build(
         dtype=np.float64,
     )
     return Model(morphology, apparatus, engine, layout, numbers, integers)
+
+
+def joined(models: Sequence[Model], groups: Sequence[tuple[int, int]]) -> Model:
+    """The model of a batch in which groups have different robots.
+
+    Args:
+        models: of the robots, all with the same layout.
+        groups: which robot comes next, by its number, and how many groups have it.
+    """
+    first, *_ = models
+    starts = np.cumsum([0, *(len(each.integers) for each in models)])
+    numbers = np.cumsum([0, *(len(each.numbers) for each in models)])
+    tables = [
+        _moved(model, int(start), int(number))
+        for model, start, number in zip(models, starts[:-1], numbers[:-1], strict=True)
+    ]
+    rows, ends = [], np.cumsum([count for _, count in groups])
+    for k, (robot, _) in enumerate(groups):
+        row = tables[robot][: len(_SIZES)].copy()
+        if k + 1 < len(groups):
+            row[_SIZES.index("next_group")] = ends[k]
+            row[_SIZES.index("next_sizes")] = starts[-1] + k * len(_SIZES)
+        rows.append(row)
+    tables[0][: len(_SIZES)] = rows[0]
+    integers = np.concatenate([*tables, *rows[1:]], dtype=np.int32)
+    return dataclasses.replace(
+        first, integers=integers, numbers=np.concatenate([each.numbers for each in models])
+    )
+
+
+def _moved(model: Model, integers: int, numbers: int) -> np.ndarray:
+    """The integers of a model whose tables begin at these places."""
+    moved = model.integers.copy()
+    for name in ("weld_table", "reading_table", "interval_table", "pair_table"):
+        moved[_SIZES.index(name)] += integers
+    for name in ("noise_table", "own_numbers"):
+        moved[_SIZES.index(name)] += numbers
+    return moved
 
 
 def reach(apparatus: Apparatus) -> float:

@@ -3,7 +3,7 @@
 The last group of a batch may be half empty. A program of half as many lanes then takes three
 quarters of the time, if what it works on lies together as in a group of its own: spread over the
 group's cache lines it would take nearly as long as one of the full width. So it moves the lanes
-together, in place, lives, and moves them apart again.
+together, in place, does its steps, and moves them apart again.
 """
 
 from physics.backend import ti

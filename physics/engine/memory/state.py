@@ -33,13 +33,15 @@ class State:
             the order of kernels (`backend.packed`).
         lists: contact and rope lists, (groups, layout.list_items), int32, likewise.
         layout: where things lie in them.
-        n_worlds: N; the lanes beyond are padding.
+        n_worlds: N; the other lanes are padding.
+        places: the place of each world, counted through all lanes, (N,) int64; None: in order.
     """
 
     items: Tensor
     lists: Tensor
     layout: Layout
     n_worlds: int
+    places: Tensor | None = None
 
     @property
     def lanes(self) -> int:
@@ -71,24 +73,38 @@ class State:
 
     def worlds(self, view: Tensor) -> Tensor:
         """(groups, ..., lanes) -> (N, ...), a copy without the padding."""
-        rows = view.movedim(-1, 1).flatten(0, 1)[: self.n_worlds]
+        rows = view.movedim(-1, 1).flatten(0, 1)
+        if self.places is not None:
+            return rows[self.places]
+        rows = rows[: self.n_worlds]
         if rows.untyped_storage().data_ptr() == view.untyped_storage().data_ptr():
             return rows.clone(memory_format=torch.contiguous_format)  # flatten gave a view
         return rows.contiguous()
+
+    def place_of(self, chosen: np.ndarray) -> np.ndarray:
+        """Places of some worlds, (k,), from their numbers."""
+        return chosen if self.places is None else self.places.cpu().numpy()[chosen]
 
     def lanes_of(self, values: Tensor) -> Tensor:
         """(N, ...) -> (groups, ..., lanes) of the state's type, zeros in the padding."""
         groups, lanes = self.items.shape[0], self.lanes
         padding = values.new_zeros((groups * lanes - self.n_worlds, *values.shape[1:]))
         padded = torch.cat([values, padding]).to(self.items)
+        if self.places is not None:
+            padded = torch.zeros_like(padded).index_copy_(0, self.places, padded[: self.n_worlds])
         return padded.unflatten(0, (groups, lanes)).movedim(1, -1)
 
 
 def allocate(
-    layout: Layout, n_worlds: int, lanes: int, dtype: torch.dtype, device: torch.device
+    layout: Layout,
+    n_worlds: int,
+    groups: int,
+    lanes: int,
+    dtype: torch.dtype,
+    device: torch.device,
+    places: Tensor | None = None,
 ) -> State:
     """An all-zero state for N worlds."""
-    groups = -(-n_worlds // lanes)
     items = torch.zeros(groups, layout.items, lanes, dtype=dtype, device=device)
     lists = torch.zeros(groups, layout.list_items, dtype=torch.int32, device=device)
     return State(
@@ -96,6 +112,7 @@ def allocate(
         lists=unpacked(lists, lanes),
         layout=layout,
         n_worlds=n_worlds,
+        places=places,
     )
 
 
@@ -127,9 +144,13 @@ def fill(state: State, worlds: Tensor, padding: Tensor) -> None:
         padding: items of the places beyond, (layout.items,).
     """
     groups, lanes = state.items.shape[0], state.lanes
-    rest = padding.expand(groups * lanes - state.n_worlds, -1)
-    places = torch.cat([worlds, rest]).unflatten(0, (groups, lanes))
-    state.items.copy_(places.movedim(1, -1))
+    if state.places is None:
+        rest = padding.expand(groups * lanes - state.n_worlds, -1)
+        rows = torch.cat([worlds, rest])
+    else:
+        rows = padding.repeat(groups * lanes, 1)
+        rows[state.places] = worlds
+    state.items.copy_(rows.unflatten(0, (groups, lanes)).movedim(1, -1))
     state.lists.zero_()
 
 
@@ -141,7 +162,7 @@ def replace(state: State, chosen: np.ndarray, worlds: Tensor) -> None:
         chosen: numbers of k worlds.
         worlds: items of each, (k, layout.items).
     """
-    groups, lanes = np.divmod(chosen, state.lanes)
+    groups, lanes = np.divmod(state.place_of(chosen), state.lanes)
     state.items[torch.from_numpy(groups), :, torch.from_numpy(lanes)] = worlds
 
 
@@ -151,7 +172,7 @@ def widened(state: State, layout: Layout) -> State:
     items = state.items.new_zeros(groups, layout.items, lanes)
     items[:, : layout.window] = state.items[:, : layout.window]
     items[:, layout.rings :] = state.items[:, state.layout.rings : old]
-    wider = State(unpacked(items, lanes), state.lists, layout, state.n_worlds)
+    wider = State(unpacked(items, lanes), state.lists, layout, state.n_worlds, state.places)
     forget_window(wider)
     return wider
 
@@ -193,8 +214,8 @@ def initial_poses(
     poses[..., 0] += START_X + half
     bottoms, centers = cells[:, 1] - half, cells[:, 0] + START_X + half
     unlike = {id(terrain): terrain for terrain in terrains}
-    grounds = {key: terrain.height(centers) for key, terrain in unlike.items()}
-    gaps = bottoms - np.stack([grounds[id(terrain)] for terrain in terrains])
+    surfaces = {key: terrain.height(centers) for key, terrain in unlike.items()}
+    gaps = bottoms - np.stack([surfaces[id(terrain)] for terrain in terrains])
     lifts = START_HEIGHT - gaps.min(1)
     left, lowest = _columns(poses[0])
     right = left + material.SQUARE_SIDE

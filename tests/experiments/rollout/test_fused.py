@@ -50,7 +50,7 @@ def worlds() -> Simulator:
     return sim
 
 
-def born(network: Any) -> tuple[Any, hebbtorch.State]:
+def begun(network: Any) -> tuple[Any, hebbtorch.State]:
     network.set_genomes(2 * torch.rand(N, network.n_genes, generator=seeded(2), dtype=F64) - 1)
     return network, network.initial_state(generator=seeded(3))
 
@@ -84,7 +84,7 @@ def assert_close(one: hebbtorch.State, other: hebbtorch.State) -> None:
 def network_of(name: str) -> tuple[hebbtorch.HebbianMLP, hebbtorch.State]:
     kind = hebbtorch.HebbianRNN if name == "recurrent" else hebbtorch.HebbianMLP
     sizes = [worlds().n_readings, 3, 2]
-    return born(kind(sizes, population=(N,), dtype=F64, **PLASTIC[name]))
+    return begun(kind(sizes, population=(N,), dtype=F64, **PLASTIC[name]))
 
 
 @pytest.mark.parametrize("name", ["neuron-centric", "recurrent"])
@@ -108,7 +108,7 @@ def test_static_recurrent_networks() -> None:
     static = hebbtorch.StaticRNN(
         sizes, gain=3.0, bias=True, input_activation="tanh", population=(N,), dtype=F64
     )
-    assert_loops_agree(*born(static))
+    assert_loops_agree(*begun(static))
 
 
 @pytest.mark.parametrize(

@@ -65,9 +65,9 @@ def test_passive_robots_gain_no_energy(shape: str) -> None:
     more than 1 J/kg.
     """
     families = {"steppy-3-10": 1.0, "hilly-3-30": 1.0, "steppy-5-10": 1.5}
-    grounds = [Terrain.from_name(name, seed=seed) for name in families for seed in range(SEEDS)]
+    terrains = [Terrain.from_name(name, seed=seed) for name in families for seed in range(SEEDS)]
     bound = torch.tensor([*(each for each in families.values() for _ in range(SEEDS)), 1.0])
-    sim = Simulator(shape, [*grounds, CLIFF], len(grounds) + 1)
+    sim = Simulator(shape, [*terrains, CLIFF], len(terrains) + 1)
     start = sim.center_of_mass()[:, 1]
     least = lasting = first = energy(sim)
     recent = [first] * LASTING
