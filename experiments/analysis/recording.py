@@ -3,8 +3,8 @@
 Each champion acts once on an unseen terrain while its weights, its neurons and its body are
 recorded. A run's folder gets two files:
 
-- inner_life.json: per run, how the weights, the neurons and the changes of weights are.
-- inner_life.npz: what they are computed from; see `Recording`.
+- recording.json: per run, how the weights, the neurons and the changes of weights are.
+- recording.npz: what they are computed from; see `Recording`.
 """
 
 from __future__ import annotations
@@ -122,7 +122,7 @@ def write(folder: Path, seed: int = 0) -> Path:
         seed: decides noise, damage and the initial weights.
 
     Returns:
-        The file inner_life.json, written last.
+        The file recording.json, written last.
 
     Raises:
         ValueError: the run cannot be read, or its controllers are static.
@@ -146,7 +146,7 @@ def write_random(folder: Path, seed: int = 0) -> Path:
         seed: decides noise, damage and the initial weights.
 
     Returns:
-        The file random_genomes.json, like inner_life.json.
+        The file random_genomes.json, like recording.json.
 
     Raises:
         ValueError: the run cannot be read, or its controllers are static.

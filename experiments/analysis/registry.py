@@ -19,11 +19,11 @@ __all__ = [
     "endured",
     "frozen",
     "generalized",
-    "inner_life",
     "matrix",
     "paired_speeds",
     "pruned",
     "random_genomes",
+    "recorded",
     "settled",
     "unseen_terrains",
 ]
@@ -88,18 +88,18 @@ def generalized(run_folder: Path) -> Path:
     return out if out.exists() else generalization.write(run_folder)
 
 
-def inner_life(run_folder: Path) -> Path:
-    """Weights, neurons and gaits of champions: inner_life.json, with inner_life.npz beside it.
+def recorded(run_folder: Path) -> Path:
+    """Weights, neurons and gaits of champions: recording.json, with recording.npz beside it.
 
     Raises:
         ValueError: the run cannot be read, or its controllers are static.
     """
-    out = run_folder / names.RECORDING_MEASURES
-    return out if out.exists() else recording.write(run_folder)
+    found = names.present(run_folder, names.RECORDING_MEASURES)
+    return found or recording.write(run_folder)
 
 
 def random_genomes(run_folder: Path) -> Path:
-    """What `inner_life` tells of champions, of random individuals: random_genomes.json.
+    """What `recorded` tells of champions, of random individuals: random_genomes.json.
 
     Raises:
         ValueError: the run cannot be read, or its controllers are static.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from experiments.config import EvolveConfig
 
 __all__ = [
@@ -25,6 +27,7 @@ __all__ = [
     "SETTLING",
     "evaluation_file",
     "freezing_file",
+    "present",
 ]
 
 CONFIG = "config.json"
@@ -39,16 +42,30 @@ PAIRED = "paired.csv"
 GENERALIZATION = "generalization.csv"
 ENDURANCE = "endurance.csv"
 MATRIX = "matrix.csv"
-RECORDING = "inner_life.npz"
-RECORDING_MEASURES = "inner_life.json"
+RECORDING = "recording.npz"
+RECORDING_MEASURES = "recording.json"
 RANDOM_GENOMES = "random_genomes.json"
 RECORDING_FORMAT = 1  # of these three; earlier versions wrote none
 SETTLING = "settling.csv"
+
+_FORMER = {RECORDING: "inner_life.npz", RECORDING_MEASURES: "inner_life.json"}
+"""What earlier versions called some files."""
 
 EVALUATION_TERRAINS = 10
 """Unseen terrains of a re-assessment, as in the paper (Sec. IV-A)."""
 FREEZING_TERRAINS = 3
 """Unseen terrains on which frozen weights are assessed."""
+
+
+def present(folder: Path, name: str) -> Path | None:
+    """A file of a run under its name, or under that of earlier versions; None: there is none.
+
+    Args:
+        folder: The folder of the run.
+        name: The present name of the file.
+    """
+    paths = (folder / each for each in (name, _FORMER.get(name, name)))
+    return next((path for path in paths if path.is_file()), None)
 
 
 def evaluation_file(

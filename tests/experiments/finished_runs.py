@@ -94,7 +94,7 @@ def write_generalization(folder: Path, training: Sequence[float], unseen: Sequen
     write_csv(folder / "generalization.csv", ["setting", "run", "terrain", "speed"], rows)
 
 
-def write_inner_life(
+def write_recording(
     folder: Path, runs: int, *, growth: float = 4.0, period: float = 1.5, gain: float = 20.0
 ) -> None:
     """Episodes with weights that grow, and with neurons that cycle with the gait.
@@ -124,5 +124,5 @@ def write_inner_life(
         way=np.zeros((runs, 3600, 2), dtype=np.float32),
         terms=np.ones((runs, 3, 4)),
     )
-    (folder / "inner_life.npz").write_bytes(recording.to_npz())
-    (folder / "inner_life.json").write_text(json.dumps({"runs": describe(recording)}))
+    (folder / "recording.npz").write_bytes(recording.to_npz())
+    (folder / "recording.json").write_text(json.dumps({"runs": describe(recording)}))

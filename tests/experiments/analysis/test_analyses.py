@@ -12,7 +12,7 @@ from tests.experiments.champions import PLASTIC, STATIC, random_champions, run_f
 FILES = {
     "unseen_terrains": "evaluation-hilly-3-30-none.csv",
     "frozen": "freeze.csv",
-    "inner_life": "inner_life.json",
+    "recorded": "recording.json",
     "pruned": "pruned.csv",
     "matrix": "matrix.csv",
     "endured": "endurance.csv",
@@ -63,7 +63,7 @@ def test_unseen_terrains_are_ten_and_reported_alike(tmp_path: Path) -> None:
     assert [row[1] for row in rows[1:11]] == [f"hilly-3-30-{k}" for k in range(10)]
 
 
-@pytest.mark.parametrize("name", ["frozen", "inner_life", "random_genomes", "pruned", "settled"])
+@pytest.mark.parametrize("name", ["frozen", "recorded", "random_genomes", "pruned", "settled"])
 def test_what_asks_for_plasticity_refuses_a_static_network(name: str, tmp_path: Path) -> None:
     folder = run_folder(tmp_path, STATIC)
     with pytest.raises(ValueError, match="run: expected plastic champions, got the mlp"):

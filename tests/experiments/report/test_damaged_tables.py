@@ -11,10 +11,10 @@ import pytest
 
 from experiments.config import EvolveConfig
 from experiments.report.gallery import draw_all
-from tests.experiments.finished_runs import write_evaluation, write_inner_life, write_run
+from tests.experiments.finished_runs import write_evaluation, write_recording, write_run
 
 CONFIG = EvolveConfig(generations=3)
-TABLES = ("history.csv", "evaluation-hilly-3-30-none.csv", "freeze.csv", "inner_life.json")
+TABLES = ("history.csv", "evaluation-hilly-3-30-none.csv", "freeze.csv", "recording.json")
 
 
 @pytest.fixture
@@ -50,13 +50,13 @@ def test_a_damaged_table_is_named_and_nothing_is_written(
     assert list(out.iterdir()) == []
 
 
-@pytest.mark.parametrize("table", ["inner_life.json", "inner_life.npz", "random_genomes.json"])
+@pytest.mark.parametrize("table", ["recording.json", "recording.npz", "random_genomes.json"])
 def test_a_recording_of_a_newer_version_is_refused_by_saying_so(
     root: Path, tmp_path: Path, table: str
 ) -> None:
     folder = root / "hebbian"
-    write_inner_life(folder, 2)
-    shutil.copy(folder / "inner_life.json", folder / "random_genomes.json")
+    write_recording(folder, 2)
+    shutil.copy(folder / "recording.json", folder / "random_genomes.json")
     path = folder / table
     if path.suffix == ".npz":
         with np.load(path) as arrays:

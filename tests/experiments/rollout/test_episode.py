@@ -10,8 +10,9 @@ import torch
 import hebbtorch
 from experiments.config import EvolveConfig
 from experiments.rollout import Episode, Outcome, Scenarios, controller, fused, simulator
-from experiments.rollout.control_loop import control_loop
+from experiments.rollout.control_loop import Loop, control_loop
 from physics import Simulator, Terrain
+from physics.scene import clock
 
 N = 3
 
@@ -201,3 +202,28 @@ def test_both_loops_stop_learning_when_a_world_is_over(tiny: EvolveConfig) -> No
         assert not torch.equal(before[1], after[1])
         weights[loop] = after
     torch.testing.assert_close(weights["fused"], weights["torch"])
+
+
+@pytest.mark.parametrize("loop", ["fused", "torch"])
+def test_speed_of_a_robot_that_leaves_the_ground_is_that_up_to_then(
+    tiny: EvolveConfig, loop: Loop
+) -> None:
+    """It slides off a slope too steep for friction; another one is nowhere above its ground."""
+    edge = 20.0
+    slope = Terrain.from_profile([0, edge], [60, 0])
+    elsewhere = Terrain.from_profile([100, 200], [0, 0])
+    terrains = [slope, Terrain.from_name("flat"), elsewhere]
+    sim = Simulator(tiny.shape, terrains, N, sensors=tiny.sensors)
+    outcome = Episode(sim, begun(tiny)[1], 3.0, loop=loop).finish(trace=True)
+    assert outcome.trace is not None
+    assert sim.left_ground().tolist() == [True, False, True]
+    assert not outcome.failed.any()
+    x = outcome.trace[:, :, 0]  # from the end of the first step on
+    steps = int(x[:, 0].diff().nonzero()[-1]) + 1
+    assert x[steps, 0] > edge >= x[steps - 1, 0]
+    seconds = clock.time_after(1 + steps) - clock.time_after(1)
+    assert 0 < seconds < 2.9
+    whole = sim.time - clock.time_after(1)
+    ways = (x[[steps, -1, -1], range(N)] - x[0]).tolist()
+    expected = [ways[0] / seconds, ways[1] / whole, 0.0]
+    assert outcome.speed.tolist() == pytest.approx(expected)
