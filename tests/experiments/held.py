@@ -36,6 +36,7 @@ main()
 def hold_as(arguments: Sequence[str]) -> None:
     """`hold`, as a command line gives it: pipe, name, generation, moment."""
     pipe, name, generation, moment = arguments
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # background jobs of shells ignore it
     hold(Path(pipe), name, int(generation), moment)
 
 
