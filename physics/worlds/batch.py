@@ -136,32 +136,40 @@ class Batch:
 
     # --- the first instant ----------------------------------------------------------------------
 
-    def first_states(self, layout: Layout, chosen: np.ndarray) -> Tensor:
-        """The state of some worlds at the start of their next episode.
+    def first_states(self, layout: Layout, chosen: np.ndarray) -> tuple[Tensor, Tensor]:
+        """How some worlds at the start of their next episode differ from a `blank` one.
 
         Args:
-            layout: where things lie in it.
+            layout: where things lie in a world.
             chosen: numbers of k worlds.
 
         Returns:
-            Items of each, (k, layout.items).
+            Numbers of the items in which they may, (I,), and the values of these, (k, I).
         """
-        states = self._blank(layout).expand(len(chosen), -1).clone()
-        voxels = states[:, : layout.header].unflatten(1, (-1, lay.VOXEL_ITEMS))
-        bodies = voxels[:, :, : 4 * lay.BODY_ITEMS].unflatten(2, (4, lay.BODY_ITEMS))
-        bodies[..., :_POSE_ITEMS] = self._first_poses(chosen).to(states)
+        places = torch.arange(layout.items)
+        voxels = places[: layout.header].unflatten(0, (-1, lay.VOXEL_ITEMS))
+        header = places[layout.header :]
+        bodies = voxels[:, : 4 * lay.BODY_ITEMS].unflatten(1, (4, lay.BODY_ITEMS))
         seeds = self._episode_seeds(chosen)
         numbers = np.stack(
             [self._lifetimes[chosen], seeds & 0xFFFF, seeds >> 16, *self._ground_ends(chosen)], 1
         )
-        own = slice(layout.header + lay.H_LIFE, layout.header + lay.H_GROUND_END + 1)
-        states[:, own] = torch.from_numpy(numbers).to(states)
+        parts = [
+            (bodies[..., :_POSE_ITEMS], self._first_poses(chosen)),
+            (header[lay.H_LIFE : lay.H_GROUND_END + 1], torch.from_numpy(numbers)),
+        ]
         if self._conditions is not None:
-            self._write_conditions(self._conditions, chosen, states, voxels, layout)
+            own = np.stack([self._conditions.gravity[chosen], self._conditions.friction[chosen]], 1)
+            springs = self._conditions.springs(chosen, self._morphology)
+            parts += [
+                (header[lay.H_GRAVITY : lay.H_FRICTION + 1], torch.from_numpy(own)),
+                (voxels[:, lay.FIRMNESS : lay.ACTUATED + 1], torch.from_numpy(springs)),
+            ]
         if self._damage is not None:
             times = self._damage_times(self._damage, chosen, seeds)
-            voxels[:, :, lay.BREAKS : lay.MENDS + 1] = times.to(states)
-        return states
+            parts.append((voxels[:, lay.BREAKS : lay.MENDS + 1], times))
+        values = [each.to(self._like).flatten(1).expand(len(chosen), -1) for _, each in parts]
+        return torch.cat([where.flatten() for where, _ in parts]), torch.cat(values, 1)
 
     def _ground_ends(self, chosen: np.ndarray) -> np.ndarray:
         """Where the grounds of k worlds start and end [m], (2, k)."""
@@ -169,27 +177,9 @@ class Batch:
             return np.array([[-_FAR], [_FAR]]).repeat(len(chosen), 1)
         return np.array([self.terrains[world].xs[[0, -1]] for world in chosen]).reshape(-1, 2).T
 
-    def _write_conditions(
-        self,
-        conditions: Conditions,
-        chosen: np.ndarray,
-        states: Tensor,
-        voxels: Tensor,
-        layout: Layout,
-    ) -> None:
-        """Writes what is not the same in all worlds and voxels into states, and their voxels."""
-        own = np.stack([conditions.gravity[chosen], conditions.friction[chosen]], 1)
-        first = layout.header + lay.H_GRAVITY
-        states[:, first : first + 2] = torch.from_numpy(own).to(states)
-        springs = torch.from_numpy(conditions.springs(chosen, self._morphology))
-        voxels[:, :, lay.FIRMNESS : lay.ACTUATED + 1] = springs.to(states)
-
-    def padding(self, layout: Layout) -> Tensor:
-        """The state of a place without a world, (layout.items,): one that is over."""
-        return self._blank(layout)
-
-    def _blank(self, layout: Layout) -> Tensor:
-        """The state of a world at rest that has no robot yet."""
+    def blank(self, layout: Layout) -> Tensor:
+        """The state of a place without a world, (layout.items,): one at rest that is over and has
+        no robot."""
         if self._first is None or self._first[0] != layout:
             self._first = layout, st.blank(layout, self._like)
         return self._first[1]

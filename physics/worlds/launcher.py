@@ -106,11 +106,12 @@ class Launcher(Observed):
 
     def _begin(self, chosen: np.ndarray) -> None:
         """Puts some worlds at the start of an episode."""
-        states = self._batch.first_states(self._model.layout, chosen)
+        layout = self._model.layout
+        blank, (own, values) = self._batch.blank(layout), self._batch.first_states(layout, chosen)
         if len(chosen) == self.n_worlds:
-            st.fill(self._state, states, self._batch.padding(self._model.layout))
+            st.fill(self._state, blank, own, values)
         else:
-            st.replace(self._state, chosen, states)
+            st.replace(self._state, chosen, blank, own, values)
 
     def _look(self, chosen: np.ndarray | None = None) -> Tensor | None:
         """Contacts and readings of the present poses, which have just been changed.

@@ -202,9 +202,9 @@ def pack(
         rows[0][:, k.LEARNS] = _learners(state, mask).to(sim.device, sim.dtype)
     worlds = torch.cat(rows, 1)
     groups = -(-sim.n_worlds // sim.lanes)
-    items = worlds.new_zeros(groups * sim.lanes, worlds.shape[1])
-    items[: sim.n_worlds] = worlds
-    items = unpacked(items.unflatten(0, (groups, sim.lanes)).movedim(1, -1), sim.lanes)
+    if rest := groups * sim.lanes - sim.n_worlds:
+        worlds = torch.cat([worlds, worlds.new_zeros(rest, worlds.shape[1])])
+    items = unpacked(worlds.unflatten(0, (groups, sim.lanes)).movedim(1, -1), sim.lanes)
     return FusedLoop(items, network, state, layout)
 
 
