@@ -24,21 +24,69 @@ PAGES = {
     "CHANGELOG.md": "changelog.md",
 }
 COMMANDS_PAGE = "reference/commands.md"
+RESULTS_PAGE = "results.md"
+REPORTS = "experiments/results/*/figures/REPORT.md"  # a section for each claim of the paper
 _RUN = "import hebbtorch_command; hebbtorch_command.main()"
 _PICTURES = (".png", ".gif", ".svg")
 _LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s#]*)(#[^)\s]*)?\)")
+_CLAIM = re.compile(r"^## (\d+[a-z]?)\. (.+)$", re.MULTILINE)
+_VERDICT = re.compile(r"\*\*Verdict\*\*: (\w+)")
 
 
 def on_files(files: Files, config: Any) -> Files:
     """Adds the pages, with the pictures that they show."""
-    for source, page in PAGES.items():
-        text, pictures = _moved((ROOT / source).read_text(encoding="utf-8"), source, page)
-        files.append(File.generated(config, page, content=text))
-        for picture in pictures - {file.src_uri for file in files}:
+    pages = {
+        page: [((ROOT / source).read_text(encoding="utf-8"), source)]
+        for source, page in PAGES.items()
+    }
+    claims = _claims()
+    pages[RESULTS_PAGE] += [(_index(claims), "")]
+    pages |= {_claim_page(number): parts for number, parts in claims.items()}
+    shown = {file.src_uri for file in files}
+    for page, parts in pages.items():
+        moved = [_moved(text, source, page) for text, source in parts]
+        content = "\n".join(text for text, _ in moved)
+        files.append(File.generated(config, page, content=content))
+        for picture in set().union(*(pictures for _, pictures in moved)) - shown:
             path = str(ROOT / picture)
             files.append(File.generated(config, picture, abs_src_path=path))
+            shown.add(picture)
     files.append(File.generated(config, COMMANDS_PAGE, content=_commands()))
     return files
+
+
+def _claims() -> dict[str, list[tuple[str, str]]]:
+    """Number of a claim -> the parts of its page, each with the file that it is from."""
+    pages: dict[str, list[tuple[str, str]]] = {}
+    for path in sorted(ROOT.glob(REPORTS)):
+        source = path.relative_to(ROOT).as_posix()
+        start, *sections = _CLAIM.split(path.read_text(encoding="utf-8"))
+        scale = start.strip().split("\n\n")[1]
+        for number, claim, body in zip(*(sections[k::3] for k in range(3)), strict=True):
+            heading = f"## Campaign {path.parents[1].name}\n\n{scale}\n\n{body.strip()}\n"
+            page = pages.setdefault(number, [(f"# Claim {number}: {claim}\n", source)])
+            page.append((heading, source))
+    return pages
+
+
+def _index(claims: dict[str, list[tuple[str, str]]]) -> str:
+    """The table of the claims' pages."""
+    names = sorted(path.parents[1].name for path in ROOT.glob(REPORTS))
+    rows = [
+        "## Claim by claim",
+        "",
+        f"| claim | {' | '.join(names)} |",
+        "|---" * (1 + len(names)) + "|",
+    ]
+    for number, ((title, _), *parts) in claims.items():
+        words = title.removeprefix("# Claim ").strip()
+        verdicts = [match[1] if (match := _VERDICT.search(text)) else "" for text, _ in parts]
+        rows.append(f"| [{words}](docs/{_claim_page(number)}) | {' | '.join(verdicts)} |")
+    return "\n".join(rows) + "\n"
+
+
+def _claim_page(number: str) -> str:
+    return f"results/claim-{number}.md"
 
 
 def _moved(text: str, source: str, page: str) -> tuple[str, set[str]]:

@@ -1,6 +1,8 @@
 """A trained static policy made plastic, then damaged: evolved rules make up for lost synapses.
 
 python examples/damaged_policy.py      # prints the steps that CartPole's pole stays up
+
+499 of 500 trained, 124 damaged, 427 damaged but plastic, in 80 s of one core.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Bodies and controllers evolve together: voxels of EvoGym's kinds on a grid of 5 x 3.
 
 Each body is tried by eight controllers with one shared rule; the best bodies stay, others are
-mutants of them. Takes five minutes on one core.
+mutants of them. All bodies of a generation are simulated in one batch, eight worlds of each, in
+which a body costs what it costs alone. Takes about two minutes on one core.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import torch
 
 from experiments.config import EvolveConfig
 from experiments.rollout import fitness
-from physics import Apparatus, Morphology
+from physics import Morphology
 
 CONTROLLERS = 8
 
@@ -54,20 +55,20 @@ def main(arguments: Sequence[str] | None = None) -> float:
     draws = np.random.default_rng(1)
     config = EvolveConfig(sharing="single", init="uniform", duration=options.duration)
 
-    def evaluate(body: np.ndarray, genomes: torch.Tensor, generation: int) -> torch.Tensor:
-        shape = Morphology.from_evogym(body)
-        apparatus = Apparatus.named("medium", shape)
-        return fitness(config, shape, apparatus, "flat")(genomes, generation).nan_to_num(nan=-10.0)
-
     elite: list[tuple[float, np.ndarray, torch.Tensor]] = []
     for generation in range(1, options.generations + 1):
+        bodies, genomes = [], []
         for _ in range(options.bodies):
             parent = elite[draws.integers(len(elite))] if elite and draws.random() < 0.8 else None
-            body = mutant(parent[1], draws) if parent else random_body(draws)
+            bodies.append(mutant(parent[1], draws) if parent else random_body(draws))
             centre = parent[2] if parent else torch.zeros(4)
             noise = torch.from_numpy(draws.normal(0, 0.5, (CONTROLLERS, 4))).float()
-            speeds = evaluate(body, centre + noise, generation)
-            elite.append((float(speeds.max()), body, (centre + noise)[speeds.argmax()]))
+            genomes.append(centre + noise)
+        shapes = [Morphology.from_evogym(body) for body in bodies for _ in range(CONTROLLERS)]
+        evaluate = fitness(config, shapes, "medium", "flat")
+        values = evaluate(torch.cat(genomes), generation).nan_to_num(nan=-10.0)
+        for body, own, speeds in zip(bodies, genomes, values.split(CONTROLLERS), strict=True):
+            elite.append((float(speeds.max()), body, own[speeds.argmax()]))
         elite = sorted(elite, key=lambda each: -each[0])[: max(1, options.bodies // 4)]
         print(f"generation {generation}: best {elite[0][0]:.2f} m/s")
     print(elite[0][1])

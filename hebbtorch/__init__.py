@@ -23,7 +23,8 @@ Source: Ferigo, Iacca, Medvet, Pigozzi, "Evolving Hebbian Learning Rules in Voxe
 Robots". Equation, section and algorithm numbers in this package are that paper's.
 """
 
-from hebbtorch.evolution_strategy import AskTell, EvolutionStrategy, ranking
+from hebbtorch.ask_tell import AskTell, ranking
+from hebbtorch.evolution_strategy import EvolutionStrategy
 from hebbtorch.functional.bounds import l2_normalize, max_normalize, minmax_rescale
 from hebbtorch.functional.rules import RULES, LearningRule, Rule, abcd_update, bcm
 from hebbtorch.genome import Evolvable, GeneBlock

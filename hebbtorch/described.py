@@ -38,7 +38,7 @@ class Described(nn.Module, ABC):
         """Compare options with this module's own.
 
         Args:
-            given: as `get_extra_state` gives them.
+            given: The options of the saved module, as `get_extra_state` gives them.
             where: name of the module, for the error's message.
 
         Raises:

@@ -6,71 +6,13 @@ import hashlib
 import math
 from collections.abc import Callable, Mapping, Sequence
 from numbers import Integral
-from typing import Any, Protocol
+from typing import Any
 
 import torch
 from torch import Tensor
 
+from hebbtorch.ask_tell import next_population, ranking
 from hebbtorch.sampling import draw_uniform
-
-
-class AskTell(Protocol):
-    """What an optimizer of genomes offers; `EvolutionStrategy` is one."""
-
-    @property
-    def best(self) -> Tensor:
-        """The fittest genome of the last told population."""
-
-    @property
-    def best_fitness(self) -> Tensor:
-        """Its fitness."""
-
-    def ask(self) -> Tensor:
-        """The genomes to evaluate next."""
-
-    def tell(self, fitness: Tensor) -> None:
-        """Their fitness, higher is better, NaN for a failed evaluation."""
-
-    def state_dict(self) -> dict[str, Any]:
-        """Everything needed to go on, as tensors and plain numbers."""
-
-    def load_state_dict(self, state: Mapping[str, Any]) -> None:
-        """Go on from there."""
-
-
-def ranking(fitness: Tensor) -> list[int]:
-    """Indices of the n individuals from the best to the worst; ties keep their order.
-
-    NaN counts as worse than anything, -inf included.
-    """
-    values = fitness.tolist()
-    return sorted(range(len(values)), key=lambda i: (math.isnan(values[i]), -values[i]))
-
-
-def next_population(
-    genomes: Tensor, order: list[int], n_parents: int, sigma: float, generator: torch.Generator
-) -> Tensor:
-    """One generation of Algorithm 1.
-
-    Args:
-        genomes: (n, G).
-        order: indices of the n individuals from the best to the worst.
-        n_parents: how many of the best are parents.
-        sigma: standard deviation of the mutations.
-        generator: source of the mutations.
-
-    Returns:
-        (n, G); the first is the best of `genomes`, unchanged.
-    """
-    best_first = torch.tensor(order, device="cpu")
-    parents = genomes[best_first[:n_parents]]  # Algorithm 1, line 4
-    mean = parents.mean(0)  # line 5
-    elite = genomes[best_first[:1]]  # line 6
-    noise = torch.randn(
-        len(genomes) - 1, genomes.shape[1], generator=generator, dtype=torch.float64, device="cpu"
-    )
-    children = mean + sigma * noise.to(genomes.dtype)  # line 8
-    return torch.cat([elite, children])
 
 
 class EvolutionStrategy:
@@ -93,11 +35,11 @@ class EvolutionStrategy:
             with the number of populations told so far.
         parents: fraction of the population that are parents (rounded down, at least 1).
         runs: independent runs, advanced together.
-        seed: of the first run; run r has seed + r.
-        dtype: of the genomes.
-        initial: to start from what is known instead of from draws: a genome (G,), which becomes
-            individual 0 and, mutated, the others; or a whole population, (population, G). With
-            runs > 1 these may have a first dimension of runs.
+        seed: The seed of the first run; run r has seed + r.
+        dtype: The data type of the genomes.
+        initial: What to start from instead of from draws: a genome (G,), which becomes individual 0
+            and, mutated, the others; or a whole population, (population, G). With runs > 1 these
+            may have a first dimension of runs.
 
     Attributes:
         generation: number of populations told so far.

@@ -46,7 +46,7 @@ def check_population(population: Iterable[int]) -> tuple[int, ...]:
 
 
 def check_batch(batch: Iterable[int]) -> tuple[int, ...]:
-    """The dimensions of a batch of lives as a tuple.
+    """The dimensions of a batch of lifetimes as a tuple.
 
     Raises:
         ValueError: not a sequence of sizes.

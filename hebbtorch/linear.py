@@ -30,7 +30,7 @@ class HebbianLinear(Described, Evolvable):
     """Plastic synapses from `n_in` to `n_out` neurons: y = f(W x + b), then W changes.
 
     The plastic weights are state, not parameters: see `initial_state` and `forward`. Any
-    dimensions to the left of the population's are batch: several lives under the same rules.
+    dimensions to the left of the population's are batch: several lifetimes under the same rules.
 
     >>> layer = HebbianLinear(3, 1, rule="oja", activation="identity", eta=0.1)
     >>> x, state = torch.tensor([0.6, 0.0, 0.8]), layer.initial_state("uniform")
@@ -40,17 +40,23 @@ class HebbianLinear(Described, Evolvable):
     >>> [round(abs(w), 4) for w in state.weights[0][0].tolist()]  # x itself: it has norm 1
     [0.6, 0.0, 0.8]
 
+    With `fixed=True` it has genes for weights that are not plastic and for how much the plastic
+    ones count, here 3 of each besides A, B, C and D:
+
+    >>> HebbianLinear(3, 1, fixed=True).n_genes
+    18
+
     Args:
         n_in: number of pre-synaptic neurons.
         n_out: number of post-synaptic neurons.
         rule: "abcd" (the paper's), "hebb", "oja", "bcm", "differential" or a rule of one's own,
             see `hebbtorch.functional.rules`.
         sharing: which synapses share a rule, see `hebbtorch.sharing`.
-        groups: with sharing="grouped", one label per input.
+        groups: One label per input, for sharing="grouped" only.
         eta: learning rate; or "evolved", one gene per rule, eta = 0.01 * 10**gene.
-        normalize: of the weights after each update: None; "l2", each neuron's incoming weights
-            over their norm; "minmax", mapped onto [-1, 1]; "max", the layer's over the greatest
-            |w|; or a function of the weights.
+        normalize: What is done to the weights after each update: None; "l2", each neuron's incoming
+            weights over their norm; "minmax", mapped onto [-1, 1]; "max", the layer's over the
+            greatest |w|; or a function of the weights.
         terms: which terms of the ABCD rule exist, such as "BCD" without A; the others have no
             genes and are zero.
         exchange_bc: True lets B weigh the post- and C the pre-synaptic activation, as the paper's
@@ -61,7 +67,7 @@ class HebbianLinear(Described, Evolvable):
         clip: bound on |w|, or None.
         trace_decay: share of the eligibility trace that stays from update to update: e <-
             trace_decay e + dw, w <- w + modulation e.
-        activation: of the post-synaptic neurons: "tanh", "identity" and others of
+        activation: The activation of the post-synaptic neurons: "tanh", "identity" and others of
             `hebbtorch.functional.activation.ACTIVATIONS`, or an elementwise callable.
         output_activation: the same, for a common call with `HebbianMLP`; it wins.
         bias: whether the neurons have a bias: a gene each, not plastic.
@@ -70,7 +76,7 @@ class HebbianLinear(Described, Evolvable):
         init: initial plastic weights: "zeros", "uniform" U(-1, 1), "normal" N(0, 1), "kaiming"
             N(0, 2 / in), "evolved" (genes), a tensor, or a callable (shape, generator) -> tensor.
         population: P, dimensions of the population.
-        dtype: of the coefficients and the weights; None for torch's default.
+        dtype: The data type of the coefficients and the weights; None for torch's default.
         device: where they live; None for torch's default.
 
     Attributes:
@@ -178,7 +184,8 @@ class HebbianLinear(Described, Evolvable):
 
         Args:
             linear: the layer; with a population each individual gets its weights.
-            options: of the new layer, such as `activation="tanh"`, `rule="oja"`, `normalize`.
+            options: The options of the new layer, such as `activation="tanh"`, `rule="oja"`,
+                `normalize`.
 
         Raises:
             ValueError: an option that is not one of this class.
@@ -274,7 +281,8 @@ class HebbianLinear(Described, Evolvable):
         """The state in which a life begins.
 
         Args:
-            init: as the layer's argument; None: the layer's own.
+            init: Initial plastic weights, as the argument `init` of the layer; None: the layer's
+                own.
             batch: further dimensions, to the left of the population's.
             generator: where random numbers come from: one generator, torch's default one if
                 None, or one generator per entry of the first of the dimensions (*batch, *P);

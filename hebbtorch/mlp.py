@@ -44,7 +44,7 @@ class HebbianMLP(Described, Evolvable):
             layer.
         sharing: which synapses share a rule, see `hebbtorch.sharing`; "single" is one rule for
             the whole network.
-        groups: with sharing="grouped", one label per input: one rule per distinct label for the
+        groups: One label per input, for sharing="grouped" only: one rule per distinct label for the
             synapses that leave the inputs, and one rule for each other layer.
         eta: learning rate; or "evolved", one gene per rule, eta = 0.01 * 10**gene.
         normalize: as in `HebbianLinear`, and so are the arguments that follow.
@@ -59,13 +59,13 @@ class HebbianMLP(Described, Evolvable):
         decay: share of the weights that is lost in each update.
         clip: bound on |w|, or None.
         trace_decay: share of the eligibility traces that stays from update to update.
-        activation: of every neuron but the inputs.
-        output_activation: of the last layer; None: as the others.
+        activation: The activation of every neuron but the inputs.
+        output_activation: The activation of the last layer; None: as the others.
         bias: whether every neuron but the inputs has a bias, a gene.
         fixed: whether weights that are not plastic are added.
         init: initial plastic weights of all layers, or a list of one per layer.
         population: P, dimensions of the population.
-        dtype: of the coefficients and the weights; None for torch's default.
+        dtype: The data type of the coefficients and the weights; None for torch's default.
         device: where they live; None for torch's default.
 
     Attributes:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
-from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from types import TracebackType
 from typing import Any, Protocol, Self
 
@@ -14,8 +13,9 @@ from torch import Tensor, nn
 
 from hebbtorch.functional.rules import RULES
 from hebbtorch.linear import HebbianLinear
+from hebbtorch.measures import step_measures, term_shares
 
-SATURATED = 0.9  # a neuron beyond this is called saturated
+_LAST = "drift_from_start"  # of this measure the last sample counts, of the others the mean
 
 
 class Writer(Protocol):
@@ -35,7 +35,7 @@ class Course:
     Attributes:
         steps: numbers of the steps, from 1, (T,).
         weights: after each step, one (T, out, in) per layer.
-        activations: of the post-synaptic neurons, one (T, out) per layer.
+        activations: The activations of the post-synaptic neurons, one (T, out) per layer.
     """
 
     steps: Tensor
@@ -46,7 +46,7 @@ class Course:
 class Monitor:
     """Looks at the plastic layers of a module at every so many steps, by forward hooks.
 
-    Measures, each the mean over the individuals and over the samples of a life:
+    Measures, each the mean over the samples of an episode and over the individuals:
 
     | measure | of a layer |
     |---|---|
@@ -91,7 +91,8 @@ class Monitor:
         self.every = every
         self.individual = individual
         self._handles = [
-            layer.register_forward_hook(self._hook, with_kwargs=True) for layer in self.layers
+            layer.register_forward_hook(partial(self._hook, k), with_kwargs=True)
+            for k, layer in enumerate(self.layers)
         ]
         self.reset()
 
@@ -116,7 +117,8 @@ class Monitor:
         n_layers = len(self.layers)
         self._lived = [0] * n_layers
         self._start: list[Tensor | None] = [None] * n_layers
-        self._values: list[dict[str, list[float]]] = [defaultdict(list) for _ in range(n_layers)]
+        self._measures = [_Means() for _ in range(n_layers)]
+        self._shares = [_Means() for _ in range(n_layers)]
         self._weights: list[list[Tensor]] = [[] for _ in range(n_layers)]
         self._activations: list[list[Tensor]] = [[] for _ in range(n_layers)]
         self._steps: list[int] = []
@@ -131,14 +133,20 @@ class Monitor:
             tuple(torch.stack(self._activations[k]) for k in seen),
         )
 
-    def summary(self) -> dict[str, float]:
-        """ "measure/layer{k}" -> mean over the samples; empty before the first step."""
-        flat = {}
-        for k, values in enumerate(self._values):
-            for name, course in values.items():
-                last = course[-1] if name.startswith("drift") else sum(course) / len(course)
-                flat[f"{name}/layer{k}"] = last
-        return flat
+    def summary(self, individual: int | None = None) -> dict[str, float]:
+        """ "measure/layer{k}" -> its value so far; empty before the first step.
+
+        Args:
+            individual: whose, an index into the flattened (*batch, *P); None: the mean over all.
+                What was never known is NaN, as the shares where weights never change.
+        """
+        means = {
+            f"{name}/layer{k}": value.nanmean() if individual is None else value[individual]
+            for k in range(len(self.layers))
+            for name, value in (self._measures[k].values() | self._shares[k].values()).items()
+        }
+        numbers = torch.stack(list(means.values())).tolist() if means else []
+        return dict(zip(means, numbers, strict=True))
 
     def log(self, writer: Writer, step: int) -> None:
         """Write the summary and the last weights.
@@ -168,9 +176,9 @@ class Monitor:
         """Look at one step that was made where hooks do not see it.
 
         Args:
-            activations: of the inputs and of every layer, (individuals, neurons).
+            activations: The activations of the inputs and of every layer, (individuals, neurons).
             before: weights of every layer before the step, (*lead, out, in).
-            after: after it.
+            after: The weights after the step.
         """
         for k, (old, new) in enumerate(zip(before, after, strict=True)):
             self._lived[k] += 1
@@ -179,9 +187,13 @@ class Monitor:
             self._look(k, x, y, old, new)
 
     def _hook(
-        self, layer: nn.Module, args: tuple[Any, ...], kwargs: dict[str, Any], output: Any
+        self,
+        k: int,
+        layer: nn.Module,
+        args: tuple[Any, ...],
+        kwargs: dict[str, Any],
+        output: Any,
     ) -> None:
-        k = self.layers.index(layer)  # type: ignore[arg-type]
         self._lived[k] += 1
         state = args[1] if len(args) > 1 else kwargs.get("state")
         if self._start[k] is None and state is not None:
@@ -199,39 +211,41 @@ class Monitor:
         start = self._start[k]
         if start is None or start.shape != new.shape:
             start = self._start[k] = old.detach().clone()
-        values = {
-            "weight_mean_abs": new.abs().mean(),
-            "weight_max_abs": new.abs().flatten(-2).amax(-1).mean(),
-            "update_mean_abs": (new - old).abs().mean(),
-            "drift_from_start": (new - start).abs().mean(),
-            "sign_changes": (new * old < 0).double().mean(),
-            "saturated": (y.abs() > SATURATED).double().mean(),
-        }
-        layer = self.layers[k]
-        if layer.rules.rule == RULES["abcd"]:
-            values |= _shares(layer, x, y)
-        numbers = torch.stack([value.double() for value in values.values()]).tolist()
-        for name, number in zip(values, numbers, strict=True):
-            if not math.isnan(number) or not name.startswith("share"):
-                self._values[k][name].append(number)
+        self._measures[k].add(step_measures(y, old, new, start))
+        if self.layers[k].rules.rule == RULES["abcd"]:
+            self._shares[k].add(term_shares(self.layers[k], x, y))
         if k == 0:
             self._steps.append(self._lived[0])
         self._weights[k].append(_one(new, 2, self.individual).clone())
         self._activations[k].append(_one(y, 1, self.individual).clone())
 
 
+class _Means:
+    """Means over the samples of measures of each individual; what is NaN does not count."""
+
+    def __init__(self) -> None:
+        self._names: list[str] = []
+        self._last = self._sum = self._count = torch.empty(0)
+
+    def add(self, measures: Mapping[str, Tensor]) -> None:
+        """One sample, (*lead,) each."""
+        now = torch.stack(list(measures.values())).reshape(len(measures), -1).double()
+        known = ~now.isnan()
+        if now.shape != self._last.shape:  # the first, or that of another batch
+            self._names = list(measures)
+            self._sum, self._count = torch.zeros_like(now), torch.zeros_like(now)
+        self._last = now
+        self._sum = self._sum + torch.where(known, now, 0.0)
+        self._count = self._count + known
+
+    def values(self) -> dict[str, Tensor]:
+        """Name -> mean of each individual, (individuals,); of the drift, the last sample."""
+        means = self._sum / self._count
+        return {
+            name: self._last[k] if name == _LAST else means[k] for k, name in enumerate(self._names)
+        }
+
+
 def _one(values: Tensor, dims: int, individual: int) -> Tensor:
     """One individual's values, of so many dimensions."""
     return values.detach().reshape(-1, *values.shape[values.dim() - dims :])[individual]
-
-
-def _shares(layer: HebbianLinear, x: Tensor, y: Tensor) -> dict[str, Tensor]:
-    """Share of each term in the size of a change, the mean over the individuals; NaN: no change."""
-    eta = layer.learning_rate()
-    a, b, c, d = (eta * coefficient for coefficient in layer.coefficients())
-    pre, post = x.unsqueeze(-2), y.unsqueeze(-1)
-    shape = torch.broadcast_shapes(pre.shape, post.shape, a.shape, d.shape)
-    terms = {"A": a * pre * post, "B": b * pre, "C": c * post, "D": d}
-    sizes = {name: term.expand(shape).abs().sum((-2, -1)) for name, term in terms.items()}
-    total = torch.stack(list(sizes.values())).sum(0)
-    return {f"share_{name}": (size / total).nanmean() for name, size in sizes.items()}

@@ -7,6 +7,13 @@ this package, where A weighs x y, B weighs x and C weighs y: A = c_i c_j, B = a_
 D = d_i d_j. The genes are named by these letters: "pre.B" of a layer is a_i, "post.C" is b_j.
 Inputs need no b, outputs no a; a hidden neuron's genes serve the layers on both its sides.
 
+>>> net = hebbtorch.HebbianMLP([8, 8, 10], sharing="neuron", eta="evolved")
+>>> net.n_genes, hebbtorch.HebbianMLP([8, 8, 10], eta="evolved").n_genes
+(112, 720)
+>>> pre, post = net.layers[0].rules.pre, net.layers[0].rules.post
+>>> bool((net.layers[0].coefficients().A == post.A.mT * pre.A).all())
+True
+
 Source: Ferigo, Cunegatti, Iacca, "Neuron-centric Hebbian learning", arXiv 2403.12076 (2024). (In
 the authors' code layers read overlapping genes; this is the equation.)
 """
@@ -31,7 +38,7 @@ class NeuronGenes(nn.Module):
         terms: which of the rule's terms exist.
         eta: learning rate; "evolved" gives each neuron a gene.
         population: P, dimensions of the population.
-        dtype: of the genes.
+        dtype: The data type of the genes.
         device: where they live.
     """
 

@@ -9,6 +9,30 @@ In each step of a life, in this order:
     w      <- (1 - decay) w + modulation e
     w      <- clip, then normalize
 
+Weights that change in every fourth step, from means over the last ten:
+
+>>> net = hebbtorch.HebbianMLP([3, 4, 2], normalize="max", average=10, every=4, init="uniform")
+>>> state = net.initial_state()
+>>> changed = []
+>>> for step in range(1, 9):
+...     before = state.weights[0]
+...     y, state = net(torch.rand(3), state)
+...     if not torch.equal(before, state.weights[0]):
+...         changed.append(step)
+>>> changed
+[4, 8]
+
+Three factors: what happened leaves a trace, a later reward makes it a change of weights:
+
+>>> layer = hebbtorch.HebbianLinear(3, 2, rule="hebb", trace_decay=0.9, init="uniform")
+>>> y, state = layer(torch.ones(3), plastic=False)
+>>> y, rewarded = layer(torch.zeros(3), state, modulation=torch.tensor(1.0))
+>>> y, ignored = layer(torch.zeros(3), state, modulation=torch.tensor(0.0))
+>>> torch.equal(ignored.weights[0], state.weights[0])
+True
+>>> torch.equal(rewarded.weights[0], state.weights[0])
+False
+
 Sources: averages and intervals, Dittrich et al., arXiv 2603.22512 (2026); three factors, Gerstner
 et al., Frontiers in Neural Circuits 12 (2018).
 """
@@ -72,7 +96,7 @@ class Plasticity:
 
         Args:
             weights: (*batch, *P, out, in).
-            rule: the layer's.
+            rule: The layer's learning rule.
         """
         *lead, n_out, n_in = weights.shape
         shapes = {
@@ -108,7 +132,7 @@ class Plasticity:
 
         Args:
             rule: what changes the weights.
-            coefficients: of the rule, by name, each broadcastable to the weights.
+            coefficients: The coefficients of the rule, by name, each broadcastable to the weights.
             eta: learning rate, a number or broadcastable to the weights.
             weights: (*batch, *P, out, in).
             memory: see `initial_memory`.

@@ -100,18 +100,18 @@ class RuleBank(Bank):
         grid: the distinct rules of the layer.
         rule: what the coefficients belong to.
         eta: learning rate, or "evolved".
-        terms: of the ABCD rule, which of its coefficients exist.
+        terms: Which coefficients of the ABCD rule exist.
         exchange_bc: whether B weighs the post- and C the pre-synaptic activation, as in the
             paper's own code.
         population: P, dimensions of the population.
-        dtype: of the coefficients.
+        dtype: The data type of the coefficients.
         device: where they live.
 
     Attributes:
-        names: of the coefficients that exist.
-        eta_gene: with eta="evolved", one per rule, (*P, rows, columns); the learning rate is
-            0.01 * 10**gene: it is always positive (a negative one would only turn the signs of
-            the coefficients).
+        names: The names of the coefficients that exist.
+        eta_gene: The genes of the learning rate with eta="evolved", one per rule, (*P, rows,
+            columns); the learning rate is 0.01 * 10**gene: it is always positive (a negative one
+            would only turn the signs of the coefficients).
     """
 
     eta_gene: nn.Parameter | None

@@ -35,14 +35,20 @@ def draw_weights(
 ) -> Tensor:
     """Initial weights (*batch, *P, out, in).
 
+    >>> hebbtorch.HebbianLinear(3, 2, init=torch.eye(2, 3)).initial_weights().tolist()
+    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+    >>> small = hebbtorch.HebbianLinear(3, 2, init=lambda shape, g: 0.1 * torch.ones(shape))
+    >>> small.initial_weights(batch=(5,)).shape
+    torch.Size([5, 2, 3])
+
     Args:
         init: "zeros"; "uniform", U(-1, 1); "normal", N(0, 1); "kaiming", N(0, 2 / in) (He et al.
             2015); a tensor that broadcasts to the shape; or a callable (shape, generator) ->
             tensor.
-        shape: of the result.
+        shape: The shape of the result.
         generator: as in `draw_uniform`.
-        dtype: of the result.
-        device: of the result.
+        dtype: The data type of the result.
+        device: The device of the result.
 
     Raises:
         ValueError: a wrong number of generators, or weights of another shape.
@@ -76,8 +82,8 @@ def draw_uniform(
         generator: one generator for everything, None for torch's default one, or a sequence of
             one generator per entry of the first dimension: each entry is then what its generator
             alone would give, whoever else is in the batch.
-        dtype: of the result.
-        device: of the result.
+        dtype: The data type of the result.
+        device: The device of the result.
 
     Raises:
         ValueError: the sequence's length is not that of the first dimension.

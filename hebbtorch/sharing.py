@@ -35,7 +35,7 @@ class RuleGrid:
     Attributes:
         rows: `out`, or 1 where all outputs share.
         columns: `in`, 1 where all inputs share, or the number of labels.
-        column_of_input: for "grouped", the column that each input uses; else None.
+        column_of_input: The column that each input uses with "grouped"; None with other sharings.
     """
 
     rows: int
@@ -52,8 +52,8 @@ def rule_grid(
         sharing: one of `SHARINGS`.
         n_in: number of pre-synaptic neurons.
         n_out: number of post-synaptic neurons.
-        groups: for "grouped" only, one label per input. Labels get their column in the order
-            in which they first appear.
+        groups: One label per input, for "grouped" only. Labels get their column in the order in
+            which they first appear.
 
     Raises:
         ValueError: unknown sharing, or groups missing, superfluous or of the wrong length, or

@@ -16,7 +16,20 @@ _INTERVENTIONS = ("frozen", "keep_", "swap_")  # how the names of such entries b
 class State(NamedTuple):
     """What one plastic step changes: the synaptic weights, and what a rule remembers.
 
-    A tuple, hence a pytree: it passes through `torch.func` as it is. No method writes into it.
+    A tuple, hence a pytree: it passes through `torch.func` as it is. No method writes into it, and
+    whatever is done to an individual in the midst of an episode is a call that gives a new state:
+
+    >>> net = hebbtorch.HebbianMLP([3, 4, 2], init="uniform", population=(2,))
+    >>> y, state = net(torch.rand(2, 3))
+    >>> first = torch.tensor([True, False])
+    >>> y, after = net(torch.rand(2, 3), state.freeze(first).drop("A"))
+    >>> [torch.equal(after.weights[0][k], state.weights[0][k]) for k in (0, 1)]
+    [True, False]
+    >>> again = state.reset(first, net.initial_state("zeros"))
+    >>> [bool(w.any()) for w in again.weights[0]]
+    [False, True]
+    >>> others = hebbtorch.HebbianMLP([3, 4, 2], population=(2,))
+    >>> y, after = net(torch.rand(2, 3), state.shuffle().swap_rules(others))
 
     Attributes:
         weights: one tensor (*batch, *P, out, in) per layer, from the inputs on, no unit.

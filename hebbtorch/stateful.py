@@ -40,7 +40,7 @@ class Stateful(nn.Module):
         network: what to run.
         init: initial weights, see `HebbianLinear`; None: those of the network.
         batch: further dimensions, to the left of the population's.
-        generator: of random initial weights, see `HebbianMLP.initial_state`.
+        generator: The generator of random initial weights, see `HebbianMLP.initial_state`.
     """
 
     def __init__(
@@ -126,7 +126,7 @@ class Stateful(nn.Module):
 
         Args:
             mask: bool, (*batch, *P); the individuals to restart. None restarts all.
-            generator: of random initial weights, see `HebbianMLP.initial_state`.
+            generator: The generator of random initial weights, see `HebbianMLP.initial_state`.
         """
         fresh = self.network.initial_state(self.init, batch=self.batch, generator=generator)
         self.state = fresh if mask is None else self.state.reset(mask, fresh)

@@ -38,12 +38,12 @@ class StaticMLP(Described, Evolvable):
         sizes: neurons per layer, [in, hidden..., out].
         gain: factor on every gene, biases included, where it becomes a weight.
         bias: whether every neuron but the inputs has a bias, a gene of its own.
-        activation: of every neuron but the inputs: "tanh", "identity" and others of
+        activation: The activation of every neuron but the inputs: "tanh", "identity" and others of
             `hebbtorch.functional.activation.ACTIVATIONS`, or an elementwise callable.
-        output_activation: of the last layer; None: as the others.
-        input_activation: of the inputs; the paper's own code has "tanh" here.
+        output_activation: The activation of the last layer; None: as the others.
+        input_activation: The activation of the inputs; the paper's own code has "tanh" here.
         population: P, dimensions of the population.
-        dtype: of the weights; None for torch's default.
+        dtype: The data type of the weights; None for torch's default.
         device: where they live; None for torch's default.
 
     Attributes:
@@ -119,7 +119,7 @@ class StaticMLP(Described, Evolvable):
 
         Args:
             init: accepted for the sake of a common call; the genome is the weights.
-            generator: likewise.
+            generator: Accepted for the same reason; nothing is drawn.
             batch: further dimensions, to the left of the population's.
 
         Raises:
@@ -153,9 +153,9 @@ class StaticMLP(Described, Evolvable):
 
         Args:
             x: inputs, (*batch, *P, in).
-            state: from `initial_state`; None: a life begins.
+            state: What `initial_state` gave; None: a lifetime begins.
             plastic: accepted for the sake of a common call; there is nothing to switch off.
-            modulation: likewise.
+            modulation: Accepted for the same reason; nothing is modulated.
 
         Returns:
             y (*batch, *P, out) and the same state.
@@ -198,11 +198,11 @@ class StaticRNN(StaticMLP):
         sizes: [in, hidden, out].
         gain: as in `StaticMLP`, and so are the other arguments.
         bias: see there.
-        activation: of the hidden neurons.
-        output_activation: of the outputs; None: as the hidden ones.
-        input_activation: of the inputs.
+        activation: The activation of the hidden neurons.
+        output_activation: The activation of the outputs; None: as the hidden ones.
+        input_activation: The activation of the inputs.
         population: P, dimensions of the population.
-        dtype: of the weights; None for torch's default.
+        dtype: The data type of the weights; None for torch's default.
         device: where they live; None for torch's default.
 
     Raises:

@@ -9,7 +9,11 @@ for _ in range(60):
     readings = sim.step(torch.zeros(40, sim.n_voxels))
 """
 
+import sys
+
 from physics.engine.memory.model import Engine
+from physics.renamed import keep_old_names
+from physics.scene.bodies import Bodies, Body
 from physics.scene.clock import steps_in
 from physics.scene.damage import Damage
 from physics.scene.material import DT
@@ -21,6 +25,8 @@ from physics.simulator import Simulator
 __all__ = [
     "DT",
     "Apparatus",
+    "Bodies",
+    "Body",
     "Damage",
     "Engine",
     "Morphology",
@@ -29,3 +35,5 @@ __all__ = [
     "Terrain",
     "steps_in",
 ]
+
+keep_old_names(sys.modules[__name__])

@@ -54,8 +54,8 @@ def require_memory(name: str, count: int, bytes_each: int) -> None:
     """Refuse more things than the memory of this machine holds.
 
     Args:
-        name: of the argument that says how many.
-        count: of things.
+        name: The name of the argument that says how many.
+        count: The number of things.
         bytes_each: the least that one takes.
     """
     pages, page_size = os.sysconf("SC_PHYS_PAGES"), os.sysconf("SC_PAGE_SIZE")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -12,23 +11,22 @@ from torch import Tensor
 
 from physics import backend, checks
 from physics.engine import kernels
-from physics.engine.contacts import ground_detection
 from physics.engine.memory import layout as lay
-from physics.engine.memory import model
-from physics.engine.memory.grouping import Grouping, lanes_for
+from physics.engine.memory.grouping import Grouping, lanes_for_robots
 from physics.engine.memory.model import Engine
 from physics.scene import clock, material
+from physics.scene.bodies import Bodies, Body
 from physics.scene.conditions import Conditions
 from physics.scene.damage import Damage
+from physics.scene.damage import of_worlds as damages_of_worlds
 from physics.scene.morphology import Morphology
 from physics.scene.sensors import Apparatus
 from physics.scene.terrain import Terrain
 from physics.worlds import selection
-from physics.worlds.batch import Batch
+from physics.worlds.batch import Batch, varied
 from physics.worlds.handling import Handled
+from physics.worlds.launcher import extent
 from physics.worlds.seeds import world_seeds
-
-_STRETCH = 1.3  # of a robot's diagonal, at most
 
 
 class Simulator(Handled):
@@ -45,13 +43,13 @@ class Simulator(Handled):
         terrain: Terrain | Sequence[Terrain] | None,
         n_worlds: int = 1,
         *,
-        sensors: str | Apparatus | None = None,
+        sensors: str | Apparatus | Sequence[str | Apparatus] | None = None,
         noise: float | Mapping[str, float] = 0.0,
         gravity: float | Sequence[float] = 9.8,
         dtype: torch.dtype = torch.float32,
         device: str | torch.device = "cpu",
         seed: int | Sequence[int] = 0,
-        damage: Damage | None = None,
+        damage: Damage | Sequence[Damage | None] | None = None,
         lifetime: float | Sequence[float] | None = None,
         engine: Engine | None = None,
         friction: float | Sequence[float] | None = None,
@@ -66,24 +64,31 @@ class Simulator(Handled):
         """Builds the worlds and places the robots.
 
         Args:
-            shape: name ("biped-4x3"), 2-D 0/1 array with the top row first, or Morphology.
+            shape: name ("biped-4x3"), 2-D 0/1 array with the top row first, or Morphology; or a
+                list of N of them, one for each world. Then V and R are those of the largest robots:
+                actuation of voxels that a robot lacks is ignored, and see `Observed` for what is
+                returned of them. Worlds with the same robot are computed together: a robot in 8
+                worlds costs what it costs alone, one in fewer worlds as much as in 8.
             terrain: one for all worlds, a list of N, or None (no ground).
-            n_worlds: N.
-            sensors: "low", "medium", "high", an Apparatus, or None.
+            n_worlds: The number of worlds, N.
+            sensors: "low", "medium", "high", an Apparatus, or None; for a list of shapes also a
+                list of N.
             noise: standard deviation of the readings' noise, in units of each sensor's range; or
                 one for each kind of sensor, {"area": 0.01, "lidar": 0.1}, none for others.
             gravity: downward acceleration [m/s^2], one for all worlds or N of them.
             dtype: torch.float32 or torch.float64.
             device: where the state lives: "cpu", or "cuda" where PyTorch finds a GPU; a process
                 simulates on one of them.
-            seed: of noise and damage: an integer, from which every world's seed is derived, or
-                N integers, one per world.
-            damage: when and how voxels break.
+            seed: The seed of noise and damage: an integer, from which every world's seed is
+                derived, or N integers, one per world.
+            damage: when and how voxels break; one for all worlds, or N of them or None, which have
+                the same mode.
             lifetime: [s], one for all or N of them; a world that reaches it stands still.
             engine: settings of the solver.
             friction: coefficient between a square and the ground, as `Engine.friction`; one for all
                 worlds or N of them.
-            spring_frequency: of the voxels' springs [Hz], likewise.
+            spring_frequency: The frequency of the voxels' springs [Hz], one for all worlds or N of
+                them.
             spring_damping: their damping ratio, likewise.
             control_interval: engine steps of 1/60 s in a control step. `step`, `run` and
                 controllers in the kernel act once per control step; sensors sample, and voxels
@@ -91,22 +96,20 @@ class Simulator(Handled):
             control_delay: control steps that a command waits before it acts.
             actuation_cutoff: cut-off frequency [Hz] of a first-order low-pass between commands and
                 actuation; None: actuation follows at once.
-            threads: at most so many; None: all cores.
+            threads: The most threads to use; None: all cores.
             lanes: worlds per vector; None: the fastest; 1 gives the scalar program, for checks.
 
         Raises:
             ValueError: an argument is not one of these; the message names it.
         """
-        self.morphology = Morphology.of(shape)
-        self.apparatus = Apparatus.of(sensors, self.morphology)
         self.n_worlds = checks.positive_integer("n_worlds", n_worlds)
-        self.n_voxels = self.morphology.n_voxels
-        self.n_readings = self.apparatus.n_readings
-        self.sensor_names = self.apparatus.names(self.morphology)
-        self.sensor_kinds = self.apparatus.kinds
+        self.bodies = Bodies.of(shape, sensors, self.n_worlds)
+        self.n_voxels = self.bodies.n_voxels
+        self.n_readings = self.bodies.n_readings
         self.dtype = dtype
         self.device = checks.device(device)
-        self.damage = checks.instance("damage", damage, Damage)
+        damages = damages_of_worlds(damage, self.n_worlds)
+        self.damage = next((each for each in damages or () if each is not None), None)
         self._engine = checks.instance("engine", engine, Engine) or Engine()
         checks.require_memory("n_worlds", self.n_worlds, self._bytes_per_world())
         self._conditions = Conditions.of(
@@ -128,27 +131,82 @@ class Simulator(Handled):
             threads = checks.positive_integer("threads", threads)
         device_type = self.device.type
         if lanes is None:
-            lanes = lanes_for(self.n_worlds, dtype, threads, device_type)
+            lanes = lanes_for_robots(self.bodies.counts, dtype, threads, device_type)
         self.lanes = lanes = checks.lanes(lanes, device_type)
-        varied = self._conditions.varied(self.morphology)
-        features = self._engine.features(self.morphology)._replace(varied=varied)
+        features = self._features()
         self.program = backend.Program(dtype, lanes, lanes, features, device_type)
         kernels.play(self.program)  # refuses other dtypes
-        self._grouping = Grouping.of(self.program, self.n_worlds, threads)
+        self._grouping = Grouping.of_robots(self.program, self.bodies.counts, threads)
+        places = np.arange(self.n_worlds)
+        self._places = None
+        if not self.bodies.alike:
+            places = self._grouping.places(self.bodies.of_world)
+            self._places = torch.from_numpy(places).to(self.device)
         self._batch = Batch(
-            self.morphology,
+            self.bodies,
             terrains,
-            self._extent(),
+            max(extent(body) for body in self.bodies.unlike),
             seeds,
             lifetimes,
-            self.damage,
+            damages,
             self._conditions,
+            places,
             self._grouping.whole.count * lanes,
             torch.empty(0, dtype=dtype, device=self.device),
         )
         self._allocate()
         self._at_start = False
         self.reset()
+
+    @property
+    def morphologies(self) -> list[Morphology]:
+        """The shape of each world's robot, N of them."""
+        return [self.bodies.unlike[number].morphology for number in self.bodies.of_world]
+
+    @property
+    def morphology(self) -> Morphology:
+        """The shape of the robots.
+
+        Raises:
+            ValueError: worlds have different robots.
+        """
+        return self._only("morphology", "morphologies").morphology
+
+    @property
+    def apparatus(self) -> Apparatus:
+        """The sensors of the robots.
+
+        Raises:
+            ValueError: worlds have different robots.
+        """
+        return self._only("apparatus", "bodies").apparatus
+
+    @property
+    def sensor_names(self) -> tuple[str, ...]:
+        """Of the readings, R names such as "v3_0_lidar_1".
+
+        Raises:
+            ValueError: worlds have different robots.
+        """
+        return self.apparatus.names(self.morphology)
+
+    @property
+    def sensor_kinds(self) -> tuple[str, ...]:
+        """Of the readings, R kinds such as "lidar".
+
+        Raises:
+            ValueError: worlds have different robots.
+        """
+        return self.apparatus.kinds
+
+    def _only(self, name: str, instead: str) -> Body:
+        """The robot, if all worlds have the same."""
+        if not self.bodies.alike:
+            raise ValueError(
+                f"{name}: expected one robot in all worlds, got {len(self.bodies.unlike)} that "
+                f"differ; look at Simulator.{instead}"
+            )
+        return self.bodies.unlike[0]
 
     @property
     def terrains(self) -> list[Terrain] | None:
@@ -195,17 +253,16 @@ class Simulator(Handled):
                 f"seeds: expected one for each of the {len(chosen)} worlds, got {seeds!r}"
             )
         fresh = None if seeds is None else world_seeds(seeds, len(chosen))
-        grounds = selection.terrain_list(terrains, len(chosen))
-        if grounds is not None and self._batch.terrains is None:
+        fresh_terrains = selection.terrain_list(terrains, len(chosen))
+        if fresh_terrains is not None and self._batch.terrains is None:
             raise ValueError("terrains: expected None in worlds without ground; drop it")
         if len(chosen) == 0:
             return self._given(self._last_readings())
         if fresh is not None:
             self._batch.set_seeds(chosen, fresh)
         else:
-            steps = self._state.header(lay.H_STEP).flatten()[torch.from_numpy(chosen)]
-            self._batch.count_episodes(chosen, (steps > 0).cpu().numpy())
-        if grounds is not None and self._batch.set_terrains(chosen, grounds):
+            self._batch.count_episodes(chosen, (self._state.steps() > 0).cpu().numpy()[chosen])
+        if fresh_terrains is not None and self._batch.set_terrains(chosen, fresh_terrains):
             self._widen()
         self._begin(chosen)
         self._at_start = self._at_start or len(chosen) == self.n_worlds
@@ -250,7 +307,7 @@ class Simulator(Handled):
         if self.device.type == "cpu":
             checks.finite_numbers(name, actions)
         steps = len(actions) * self.control_interval
-        self._reserve(steps)
+        self._require_countable(steps)
         readings = self._readings()
         self._at_start = False
         self._play(actions, readings, 0, steps)
@@ -261,8 +318,9 @@ class Simulator(Handled):
         """Many control steps with a policy in PyTorch.
 
         Args:
-            policy: from readings (N, R) to actuation (N, V); it is called without gradients.
-            steps: T.
+            policy: A function from readings (N, R) to actuation (N, V); it is called without
+                gradients.
+            steps: The number of control steps, T.
             every: control steps between two calls of the policy, which act under the same
                 actuation. (`control_interval` makes control steps longer instead.)
 
@@ -296,52 +354,19 @@ class Simulator(Handled):
         """
         return -(-clock.steps_in(duration) // self.control_interval)
 
-    def run_closed_loop(
-        self, kernel: Callable[[backend.Program], backend.Kernel], controller: Tensor, steps: int
-    ) -> None:
-        """Many steps with a controller inside the kernel (see ``rollout.closed_loop``).
-
-        Args:
-            kernel: gives the kernel for a program; the same one whenever it is asked.
-            controller: the controller's tensor, (groups, items, lanes), of this simulator's dtype,
-                changed in place; its memory in the order of kernels (`backend.unpacked`).
-            steps: how many control steps.
-
-        Raises:
-            ValueError: a tensor for other worlds, of another type or in another order.
-        """
-        checks.tensor(
-            "controller",
-            controller,
-            groups=self._grouping.whole.count,
-            items=None,
-            lanes=self.lanes,
-        )
-        if (
-            controller.dtype != self.dtype
-            or not backend.packed(controller, self.lanes).is_contiguous()
-        ):
-            raise ValueError(
-                f"controller: expected {self.dtype} in the order of backend.unpacked, got "
-                f"{controller.dtype} with strides {controller.stride()}"
-            )
-        engine_steps = steps * self.control_interval
-        self._reserve(engine_steps)
-        self._center, self._at_start = None, False
-        for part in self._grouping.parts_for(engine_steps):
-            tensors = *self.kernel_tensors(part.program), part.program.packed(controller)
-            kernel(part.program)(*tensors, steps, part.first, part.count, part.chunks)
-        self._steps += engine_steps
-
     def _bytes_per_world(self) -> int:
         """Least memory that a world takes, with what is copied when it is made [bytes]."""
         items = self.n_voxels * lay.VOXEL_ITEMS
         return 2 * items * (8 if self.dtype == torch.float64 else 4)
 
-    def _extent(self) -> float:
-        """Width of ground that a robot may need at once, whatever its posture [m]."""
-        size = material.VOXEL_SIDE * math.hypot(self.morphology.width, self.morphology.height)
-        return _STRETCH * size + 2 * (model.reach(self.apparatus) + ground_detection.MARGIN)
+    def _features(self) -> backend.Features:
+        """What kernels must have to simulate these robots."""
+        each = [self._engine.features(body.morphology) for body in self.bodies.unlike]
+        return backend.Features(
+            any(features.self_collision for features in each),
+            any(features.continuous for features in each),
+            varied(self._conditions, self.bodies),
+        )
 
 
 def _friction(engine: Engine, friction: Any) -> Any:

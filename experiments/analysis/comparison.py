@@ -11,6 +11,7 @@ from torch import Tensor
 from experiments.analysis.film import Progress, chosen_run, write_films
 from experiments.analysis.film_options import FilmOptions
 from experiments.analysis.trajectory import Trajectory, record
+from experiments.io.outputs import require_folder
 from experiments.runs.archive import Archive
 from experiments.runs.champions import Champions
 
@@ -35,7 +36,7 @@ def film_beside(
     """Film the champion of a run beside others: beside.mp4 and, if it is short, beside.gif.
 
     Args:
-        folder: of the run.
+        folder: The folder of the run.
         others: "damaged", "frozen", "generation-N" (the best of a generation in the run's archive),
             or folders of other runs.
         run: which champion of `folder`, as in `film.film_run`.
@@ -56,6 +57,8 @@ def film_beside(
     options.validate()
     champions = Champions.load(folder)
     run = chosen_run(champions, folder, run)
+    out = folder if out is None else out
+    require_folder(out)
     genome, config = champions.genomes[run], champions.config
     if start is None and "damaged" in others:  # so that the film shows it before and after
         start = max(0.0, (config.duration - seconds) / 2)
@@ -83,7 +86,6 @@ def film_beside(
             courses[f"{Path(other).name}, run {own}"] = record(
                 conditions, theirs.genomes[own], seed=seed, start=begin, seconds=seconds
             )
-    out = folder if out is None else out
     out.mkdir(parents=True, exist_ok=True)
     return write_films(courses, out / "beside", options, progress=progress)
 

@@ -35,7 +35,7 @@ def write(folder: Path, seed: int = 0) -> Path:
     speed within it [m/s].
 
     Args:
-        folder: of a finished run.
+        folder: The folder of a finished run.
         seed: decides noise, damage and the initial weights.
 
     Returns:
@@ -70,10 +70,11 @@ def speeds_by_window(
     """Speeds of individuals in equal parts of a long episode.
 
     Args:
-        config: of their evolution; voxels break, if any do, at half of the long episode.
+        config: The options of their evolution; voxels break, if any do, at half of the long
+            episode.
         genomes: shape (K, G).
         test: S scenarios, the same for all.
-        length: of the episode [s].
+        length: The length of the episode [s].
 
     Returns:
         Speeds [m/s], shape (K, S, 20), float64; NaN from the window in which an episode failed.
@@ -100,8 +101,8 @@ def long_terrain(kind: str, first_seed: int, pieces: int) -> Terrain:
 
     Args:
         kind: such as "hilly-3-30".
-        first_seed: of the first; the others have the next ones.
-        pieces: how many.
+        first_seed: The seed of the first; the others have the next ones.
+        pieces: The number of profiles that are joined.
     """
     parts = [Terrain.from_name(kind, first_seed + k) for k in range(pieces)]
     xs, ys = [parts[0].xs[:2]], [parts[0].ys[:2]]  # the wall, and the first point of the ground

@@ -28,11 +28,11 @@ def log_episode(folder: Path, config: EvolveConfig, genome: Tensor, seed: int = 
     """Let a champion act once more, and show its weights and activations second by second.
 
     Args:
-        folder: of the TensorBoard run of its evolution; the files go into its folder `life`, in
-            place of those of an earlier call.
-        config: of its evolution.
-        genome: shape (G,).
-        seed: of terrain, sensor noise, damage and initial weights.
+        folder: The folder of the TensorBoard run of its evolution; the files go into its folder
+            `life`, in place of those of an earlier call.
+        config: The options of its evolution.
+        genome: The champion's genome, shape (G,).
+        seed: The seed of terrain, sensor noise, damage and initial weights.
 
     Returns:
         The folder `life`.
@@ -51,6 +51,7 @@ def _log_second(
     file: EventFile, course: Trajectory, genome: Tensor, second: int, here: np.ndarray
 ) -> None:
     """What happened in the second that ends now."""
+    assert course.config is not None
     x, times = course.centers[here, 0], course.times[here]
     values: dict[str, float | None] = {
         "life/speed": float((x[-1] - x[0]) / (times[-1] - times[0])),
@@ -65,7 +66,7 @@ def _log_second(
             now, before, born = weights[index], weights[max(index - 1, 0)], weights[0]
             values[f"life/weight_mean_abs/layer{k}"] = float(np.abs(now).mean())
             values[f"life/change_per_second/layer{k}"] = float(np.abs(now - before).mean())
-            values[f"life/drift_from_birth/layer{k}"] = float(np.abs(now - born).mean())
+            values[f"life/drift_from_start/layer{k}"] = float(np.abs(now - born).mean())
             file.histogram(f"life/weights/layer{k}", now, second)
         for k, shares in enumerate(_shares(course, genome, here)):
             values |= {f"life/share_{term}/layer{k}": share for term, share in shares.items()}
@@ -74,6 +75,7 @@ def _log_second(
 
 def _shares(course: Trajectory, genome: Tensor, here: np.ndarray) -> list[dict[str, float | None]]:
     """Shares of the terms of the rule in the changes of each layer."""
+    assert course.config is not None
     network = controller.build(course.config, 1)
     if not (course.activations and isinstance(network, hebbtorch.HebbianMLP)):
         return []
@@ -89,6 +91,7 @@ def _shares(course: Trajectory, genome: Tensor, here: np.ndarray) -> list[dict[s
 
 def _log_course(file: EventFile, course: Trajectory) -> None:
     """Pictures of the whole episode, at its last second."""
+    assert course.config is not None
     end = round(course.times[-1])
     if course.config.controller == "hebbian":
         for k, weights in enumerate(course.weights):

@@ -12,9 +12,11 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from experiments.analysis import trajectory_file
 from experiments.analysis.film_options import FilmOptions
 from experiments.analysis.spectrum import period_of
 from experiments.analysis.trajectory import Trajectory, record
+from experiments.io.outputs import require_folder
 from experiments.runs.champions import Champions
 from physics import DT
 from physics.render import draw, movie, palette
@@ -48,11 +50,11 @@ def film_run(
     """Film the champion of a run: gait.png, gait.mp4 and, if it is short, gait.gif.
 
     Args:
-        folder: of the run.
+        folder: The folder of the run; or a file with a recorded trajectory, filmed as it is.
         run: which one, of several; by default the one with the fittest champion.
-        out: folder for the files, created if need be; by default the run's.
-        seed: of terrain, sensor noise, damage and initial weights: the episode is that of the
-            re-assessment on terrain ``seed``.
+        out: folder for the files, created if need be; by default the run's, or the file's.
+        seed: The seed of terrain, sensor noise, damage and initial weights: the episode is that of
+            the re-assessment on terrain ``seed``.
         start: when the film begins [s]; by default after the robot has learned to walk.
         seconds: length of the film [s], cut at the end of the episode.
         mp4: whether to write the MP4 too, which takes the longest.
@@ -68,13 +70,19 @@ def film_run(
     """
     options = options or FilmOptions()
     options.validate()
-    champions = Champions.load(folder)
-    run = chosen_run(champions, folder, run)
-    course = record(
-        champions.config, champions.genomes[run], seed=seed, start=start, seconds=seconds
-    )
-    origin = f"run {run}, generation {champions.config.generations}"
-    out = folder if out is None else out
+    if out is None:
+        out = folder.parent if folder.is_file() else folder
+    if folder.is_file():
+        require_folder(out)
+        course, origin = trajectory_file.load(folder), folder.stem
+    else:
+        champions = Champions.load(folder)
+        run = chosen_run(champions, folder, run)
+        require_folder(out)
+        course = record(
+            champions.config, champions.genomes[run], seed=seed, start=start, seconds=seconds
+        )
+        origin = f"run {run}, generation {champions.config.generations}"
     out.mkdir(parents=True, exist_ok=True)
     files = [out / f"gait.{suffix}" for suffix in options.stills]
     page = draw_gait(course, origin, options)
@@ -153,8 +161,9 @@ def side_by_side(
     """The pictures of a film, drawn one by one, of one robot or of several at the same times.
 
     Args:
-        courses: of the robots, each under its name; they may differ in length.
-        width: of the picture [pixels].
+        courses: The recorded episodes of the robots, each under its name; they may differ in
+            length.
+        width: The width of the picture [pixels].
         fps: pictures per second.
         options: how it looks.
         at_most: so many pictures, spread over the film, instead of all.

@@ -17,7 +17,7 @@ from torch import Tensor
 
 from experiments.analysis.unseen import speeds_on
 from experiments.config import EvolveConfig
-from experiments.io.csvfile import write_csv
+from experiments.io.csvfile import labelled, write_csv
 from experiments.io.outputs import require_writable
 from experiments.rollout import controller, seeds
 from experiments.rollout.episode import Episode, simulator, start_episode
@@ -74,12 +74,8 @@ class Freezing:
 
     def write(self, out: Path) -> Path:
         """Write a CSV file: run, second, terrain, speed [m/s]."""
-        rows = (
-            (run, second, terrain, speed)
-            for run, of_run in enumerate(self.speeds.tolist())
-            for second, of_second in enumerate(of_run)
-            for terrain, speed in zip(self.terrains, of_second, strict=True)
-        )
+        runs, seconds, _ = map(range, self.speeds.shape)
+        rows = labelled(self.speeds, runs, seconds, self.terrains)
         return write_csv(out, ("run", "second", "terrain", "speed"), rows)
 
     def draw(self, out: Path) -> list[Path]:
@@ -113,8 +109,8 @@ class Freezing:
         """Show them in TensorBoard, by the seconds of the champions' episodes.
 
         Args:
-            folder: of the run.
-            runs: of the evolution.
+            folder: The folder of the run.
+            runs: The number of runs of the evolution.
         """
         for path, speeds in zip(run_folders(folder, runs), self.speeds.nanmean(-1), strict=True):
             with EventFile(path / "life", part="freeze") as file:
@@ -150,7 +146,7 @@ def freeze_run(folder: Path, n_terrains: int, seed: int, out: Path | None) -> No
     """Freeze the champions of a run, print a summary, write every speed and a picture.
 
     Args:
-        folder: of the run.
+        folder: The folder of the run.
         n_terrains: terrains on which each snapshot is assessed.
         seed: decides noise, damage and the initial weights.
         out: the CSV file; by default freeze.csv in the run's folder, with a longer name for other
@@ -160,7 +156,7 @@ def freeze_run(folder: Path, n_terrains: int, seed: int, out: Path | None) -> No
         ValueError: an option is wrong, the run cannot be read or is of a static controller;
             nothing was written then.
     """
-    require_writable(out)
+    require_writable(out, folder)
     out = out or folder / freezing_file(n_terrains, seed)
     if out.suffix == ".png":
         raise ValueError(f"out: expected a CSV file, got the name of a picture, {str(out)!r}")
@@ -203,8 +199,8 @@ def training_and_test(
     """Where champions learn, and the other unseen terrains on which their weights are judged.
 
     Args:
-        config: of their evolution. Where its terrain is a full name, or flat, that one is met
-            every time, with other noise and damage.
+        config: The options of their evolution. Where its terrain is a full name, or flat, that one
+            is met every time, with other noise and damage.
         n_terrains: number of the other terrains.
         seed: decides noise, damage and the initial weights.
 
@@ -227,7 +223,7 @@ def learn(
     """Weights of individuals at several times of one episode.
 
     Args:
-        config: of their evolution.
+        config: The options of their evolution.
         genomes: shape (K, G).
         seconds: B times, ascending [s]; 0 is the start.
         training: the one scenario that all of them meet.
@@ -249,11 +245,11 @@ def act(
     """Speeds of networks whose weights stay as they are.
 
     Args:
-        config: of the evolution of the individuals.
+        config: The options of the evolution of the individuals.
         weights: per layer, shape (B, K, out, in).
         test: S scenarios, the same for all.
-        genomes: of the individuals, shape (K, G): whatever besides the weights makes a network is
-            in them, such as biases. Needed only for options that have it.
+        genomes: The genomes of the individuals, shape (K, G): they hold whatever besides the
+            weights makes a network, such as biases. Needed only for options that have it.
 
     Returns:
         Speeds [m/s], shape (B, K, S), float64, NaN where the episode failed.

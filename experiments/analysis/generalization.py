@@ -39,7 +39,7 @@ class Setting:
     """What champions meet.
 
     Attributes:
-        name: of the setting.
+        name: The name of the setting.
         terrain: kind of ground; None for that of the evolution.
         physics: keywords of `Simulator` that are not as in the evolution.
         damage_mode: what the voxels that break at half of the episode do from then on (see
@@ -81,7 +81,7 @@ def write(folder: Path, seed: int = 0) -> Path:
     The file generalization.csv has columns setting, run, terrain and speed [m/s].
 
     Args:
-        folder: of a finished run.
+        folder: The folder of a finished run.
         seed: decides noise, damage and the initial weights.
 
     Returns:
@@ -133,7 +133,7 @@ def speeds_in(
     """Speeds of individuals, each in scenarios of its own.
 
     Args:
-        config: of their evolution.
+        config: The options of their evolution.
         genomes: shape (K, G).
         scenarios: S scenarios for each of the K.
         physics: keywords of `Simulator` that are not as in the evolution.

@@ -78,7 +78,7 @@ def gait_measures(areas: np.ndarray, step: float = DT) -> dict[str, float | None
     """How a body moves.
 
     Args:
-        areas: of the voxels over those at rest, shape (T, V), one row per control step.
+        areas: The areas of the voxels over those at rest, shape (T, V), one row per control step.
         step: length of a control step [s].
 
     Returns:

@@ -40,7 +40,7 @@ def write(folder: Path, seed: int = 0) -> Path:
     still plastic (and for static networks), and speed [m/s].
 
     Args:
-        folder: of a finished run.
+        folder: The folder of a finished run.
         seed: decides noise, damage and the initial weights.
 
     Returns:
@@ -61,7 +61,7 @@ def compare(config: EvolveConfig, genomes: Tensor, test: Scenarios, training: Sc
     """Speeds of individuals while they learn, and with frozen weights.
 
     Args:
-        config: of their evolution.
+        config: The options of their evolution.
         genomes: shape (K, G).
         test: S scenarios, the same for all.
         training: the one scenario in which the weights to be frozen are learned.

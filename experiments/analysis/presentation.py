@@ -20,8 +20,8 @@ def present(folder: Path, champions: Champions) -> None:
     """Write pictures of the best champion, log its episode, and tell what there is to see.
 
     Args:
-        folder: of the run.
-        champions: of the run.
+        folder: The folder of the run.
+        champions: The champions of the run.
     """
     for run, speed in enumerate(champions.fitness.tolist()):
         terminal.say(f"champion of run {run}: {speed:.2f} m/s")
@@ -40,9 +40,9 @@ def log_champion(folder: Path, champions: Champions, page: Path | None = None) -
     of pictures of its gait.
 
     Args:
-        folder: of the run.
-        champions: of the run.
-        page: PNG file.
+        folder: The folder of the run.
+        champions: The champions of the run.
+        page: A PNG file with stills of the gait; None: no page is shown.
 
     Returns:
         The folder of the episode's event file.

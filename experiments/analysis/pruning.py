@@ -15,7 +15,7 @@ import torch
 from torch import Tensor
 
 from experiments.analysis.freezing import Weights, act, learn, training_and_test
-from experiments.io.csvfile import write_csv
+from experiments.io.csvfile import labelled, write_csv
 from experiments.rollout import seeds
 from experiments.runs.champions import Champions
 from experiments.runs.names import FREEZING_TERRAINS
@@ -41,13 +41,8 @@ class Pruning:
 
     def write(self, out: Path) -> Path:
         """Write a CSV file: run, which, fraction, terrain, speed [m/s]."""
-        rows = (
-            (run, kind, fraction, terrain, speed)
-            for run, of_run in enumerate(self.speeds.tolist())
-            for kind, of_kind in zip(KINDS, of_run, strict=True)
-            for fraction, of_fraction in zip(FRACTIONS, of_kind, strict=True)
-            for terrain, speed in zip(self.terrains, of_fraction, strict=True)
-        )
+        runs = range(len(self.speeds))
+        rows = labelled(self.speeds, runs, KINDS, FRACTIONS, self.terrains)
         return write_csv(out, ("run", "which", "fraction", "terrain", "speed"), rows)
 
 

@@ -3,8 +3,8 @@
 Each champion acts once on an unseen terrain while its weights, its neurons and its body are
 recorded. A run's folder gets two files:
 
-- inner_life.json: per run, how the weights, the neurons and the changes of weights are.
-- inner_life.npz: what they are computed from; see `Recording`.
+- recording.json: per run, how the weights, the neurons and the changes of weights are.
+- recording.npz: what they are computed from; see `Recording`.
 """
 
 from __future__ import annotations
@@ -29,7 +29,12 @@ from experiments.io.atomic import write_atomically
 from experiments.rollout import fused
 from experiments.rollout.episode import start_episode
 from experiments.rollout.scenarios import Scenarios
-from experiments.runs.names import RANDOM_GENOMES, RECORDING, RECORDING_MEASURES
+from experiments.runs.names import (
+    RANDOM_GENOMES,
+    RECORDING,
+    RECORDING_FORMAT,
+    RECORDING_MEASURES,
+)
 from physics import DT, Simulator
 
 __all__ = [
@@ -53,14 +58,14 @@ class Recording:
     """The episodes of K champions; T control steps, of which the last L are kept in detail.
 
     Attributes:
-        times: at which the weights were taken [s].
+        times: The times at which the weights were taken [s].
         weights: per layer, shape (K, times, out, in), float32.
-        histograms: of the activations over the whole episode, shape (K, layers, 40), counts in
-            equal bins from -1 to 1; layers are the hidden and the output one.
+        histograms: The histograms of the activations over the whole episode, shape (K, layers, 40),
+            counts in equal bins from -1 to 1; layers are the hidden and the output one.
         activations: per layer, shape (K, L, neurons), float16.
-        areas: of the voxels over those at rest, shape (K, L, V), float16.
+        areas: The areas of the voxels over those at rest, shape (K, L, V), float16.
         touching: whether the voxels touch the ground, shape (K, L, V), bool.
-        way: of the robot's centre [m], shape (K, T, 2), float32.
+        way: The path of the robot's centre [m], shape (K, T, 2), float32.
         terms: summed sizes of the terms A, B, C, D of all changes of weights in the second that
             ends at each of the times, shape (K, times, 4), float64.
         step: length of a control step [s].
@@ -85,6 +90,7 @@ class Recording:
         first layer's leave the inputs), activations_hidden and activations_output, and the rest
         by the names that they have here."""
         arrays: dict[str, Any] = {
+            "format": np.array(RECORDING_FORMAT),
             "times": np.array(self.times),
             "histograms": self.histograms,
             "areas": self.areas,
@@ -112,11 +118,11 @@ def write(folder: Path, seed: int = 0) -> Path:
     """Observe the champions of a run and write both files into its folder.
 
     Args:
-        folder: of the run.
+        folder: The folder of the run.
         seed: decides noise, damage and the initial weights.
 
     Returns:
-        The file inner_life.json, written last.
+        The file recording.json, written last.
 
     Raises:
         ValueError: the run cannot be read, or its controllers are static.
@@ -136,11 +142,11 @@ def write_random(folder: Path, seed: int = 0) -> Path:
     They are the first population of the run's evolution (of its first run, if it has several).
 
     Args:
-        folder: of the run.
+        folder: The folder of the run.
         seed: decides noise, damage and the initial weights.
 
     Returns:
-        The file random_genomes.json, like inner_life.json.
+        The file random_genomes.json, like recording.json.
 
     Raises:
         ValueError: the run cannot be read, or its controllers are static.
@@ -159,6 +165,7 @@ def _write_summary(
     path: Path, config: EvolveConfig, training: Scenarios, recording: Recording
 ) -> Path:
     summary = {
+        "format": RECORDING_FORMAT,
         "terrain": training.names[0],
         "damage": config.damage,
         "duration": config.duration,
@@ -173,7 +180,7 @@ def observe(config: EvolveConfig, genomes: Tensor, training: Scenarios) -> Recor
     """Let plastic individuals live, and record their weights, neurons and bodies.
 
     Args:
-        config: of their evolution.
+        config: The options of their evolution.
         genomes: shape (K, G).
         training: the one scenario that all of them meet.
     """

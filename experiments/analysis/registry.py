@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from experiments.analysis import endurance, generalization, paired, pruning, recording
+from experiments.analysis import endurance, generalization, paired, pruning, recording, settling
 from experiments.analysis import validation_matrix as validation
 from experiments.analysis.freezing import freeze, plastic_champions
 from experiments.analysis.unseen import assess
@@ -19,11 +19,12 @@ __all__ = [
     "endured",
     "frozen",
     "generalized",
-    "inner_life",
     "matrix",
     "paired_speeds",
     "pruned",
     "random_genomes",
+    "recorded",
+    "settled",
     "unseen_terrains",
 ]
 
@@ -87,24 +88,34 @@ def generalized(run_folder: Path) -> Path:
     return out if out.exists() else generalization.write(run_folder)
 
 
-def inner_life(run_folder: Path) -> Path:
-    """Weights, neurons and gaits of champions: inner_life.json, with inner_life.npz beside it.
+def recorded(run_folder: Path) -> Path:
+    """Weights, neurons and gaits of champions: recording.json, with recording.npz beside it.
 
     Raises:
         ValueError: the run cannot be read, or its controllers are static.
     """
-    out = run_folder / names.RECORDING_MEASURES
-    return out if out.exists() else recording.write(run_folder)
+    found = names.present(run_folder, names.RECORDING_MEASURES)
+    return found or recording.write(run_folder)
 
 
 def random_genomes(run_folder: Path) -> Path:
-    """What `inner_life` tells of champions, of random individuals: random_genomes.json.
+    """What `recorded` tells of champions, of random individuals: random_genomes.json.
 
     Raises:
         ValueError: the run cannot be read, or its controllers are static.
     """
     out = run_folder / names.RANDOM_GENOMES
     return out if out.exists() else recording.write_random(run_folder)
+
+
+def settled(run_folder: Path) -> Path:
+    """Whether the weights of champions come to rest, with or without learning: settling.csv.
+
+    Raises:
+        ValueError: the run cannot be read, or its controllers are static.
+    """
+    out = run_folder / names.SETTLING
+    return out if out.exists() else settling.write(run_folder)
 
 
 def pruned(run_folder: Path) -> Path:

@@ -57,7 +57,7 @@ def power_above(signals: np.ndarray, frequency: float, step: float = DT) -> floa
 
     Args:
         signals: as in `frequency_of`.
-        frequency: [Hz].
+        frequency: The frequency above which power counts [Hz].
         step: length of a control step [s].
 
     Returns:

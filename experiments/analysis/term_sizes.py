@@ -8,6 +8,7 @@ import torch
 from torch import Tensor
 
 import hebbtorch
+from hebbtorch.measures import term_sizes
 
 __all__ = ["TermSizes"]
 
@@ -36,17 +37,8 @@ class TermSizes:
     def by_layer(self) -> list[Tensor]:
         """Sums over steps and synapses of the sizes of A, B, C and D, (K, 4) each, float64."""
         layers = zip(self._networks.layers, self._sums, strict=True)
-        return [self._of(layer, *sums) for layer, sums in layers]
+        return [term_sizes(layer, xy, x, y, self._steps) for layer, (xy, x, y) in layers]
 
     def total(self) -> Tensor:
         """The same over all layers, shape (K, 4), float64."""
         return torch.stack(self.by_layer()).sum(0)
-
-    def _of(self, layer: hebbtorch.HebbianLinear, xy: Tensor, x: Tensor, y: Tensor) -> Tensor:
-        """The same for one layer, from its sums of |x| |y|, |x| and |y|."""
-        factors = (xy, x, y, torch.full_like(xy, self._steps))
-        sizes = [
-            (layer.learning_rate() * coefficient).double().abs() * factor
-            for coefficient, factor in zip(layer.coefficients(), factors, strict=True)
-        ]
-        return torch.stack([size.expand(xy.shape).sum((-2, -1)) for size in sizes], -1)

@@ -1,13 +1,14 @@
 """The course of one robot: its body, what it senses and does, and the network that drives it.
 
-Films, the report page and TensorBoard are made of it. The individual acts as in the re-assessment
-on the terrain of the same seed.
+Films, figures, the report page and TensorBoard are made of it; `trajectory_file` keeps it on disk.
+`record` lets an individual act as in the re-assessment on the terrain of the same seed; a loop of
+one's own takes its course down with a `Recorder`.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -18,10 +19,10 @@ from experiments.config import EvolveConfig
 from experiments.rollout.control_loop import ControlLoop
 from experiments.rollout.episode import start_episode
 from experiments.rollout.scenarios import Scenarios
-from physics import DT, Apparatus, Simulator, Terrain, steps_in
-from physics.render.draw import Frame
+from physics import DT, Apparatus, Morphology, Simulator, Terrain, steps_in
+from physics.render import Frame
 
-__all__ = ["Trajectory", "lidar_rays", "record"]
+__all__ = ["Recorder", "Trajectory", "lidar_rays", "record"]
 
 _DEFAULT_START = 20.0  # [s]: by then plastic robots have learned to walk (paper, Fig. 6)
 _NEVER = 1 << 60  # [steps]
@@ -33,25 +34,31 @@ class Trajectory:
     """T instants of one robot with V voxels.
 
     Attributes:
-        config: the conditions.
-        terrain: the ground.
-        apparatus: the sensors.
-        times: of the instants [s], shape (T,).
-        poses: of the squares, shape (T, V, 4, 3), float32.
-        actuation: in force in the step that ends at the instant, shape (T, V).
-        areas: of the voxels over those at rest, shape (T, V).
+        config: The options that the controller evolved under; None of a loop of one's own.
+        morphology: The body of the robot.
+        terrain: The terrain that the robot moves on.
+        apparatus: The robot's sensors.
+        seconds: The length of a control step [s].
+        times: The times of the instants [s], shape (T,).
+        poses: The poses of the squares, shape (T, V, 4, 3), float32.
+        actuation: The actuation in force in the step that ends at each instant, shape (T, V).
+        areas: The areas of the voxels over those at rest, shape (T, V).
         touching: whether voxels touch the ground, shape (T, V), bool.
         broken: whether voxels no longer work, shape (T, V), bool.
-        readings: of the sensors, shape (T, R).
-        activations: of each layer's neurons, inputs first, shape (T, neurons); none where the
-            network is driven step by step through PyTorch.
+        readings: The readings of the sensors, shape (T, R).
+        rewards: The reward of the control step that ends at each instant, shape (T,); by default
+            the velocity of the centre along x [m/s].
+        activations: The activations of each layer's neurons, inputs first, shape (T, neurons); none
+            where the network is driven step by step through PyTorch.
         weight_times: when weights were looked at [s], shape (W,).
         weights: per layer, shape (W, out, in).
     """
 
-    config: EvolveConfig
+    config: EvolveConfig | None
+    morphology: Morphology
     terrain: Terrain
     apparatus: Apparatus
+    seconds: float
     times: np.ndarray
     poses: np.ndarray
     actuation: np.ndarray
@@ -59,6 +66,7 @@ class Trajectory:
     touching: np.ndarray
     broken: np.ndarray
     readings: np.ndarray
+    rewards: np.ndarray
     activations: tuple[np.ndarray, ...]
     weight_times: np.ndarray
     weights: tuple[np.ndarray, ...]
@@ -78,17 +86,25 @@ class Trajectory:
     def title(self) -> str:
         """Body, sensors, controller, damage and terrain."""
         config = self.config
+        if config is None:
+            return f"{self.morphology.name}, {self.terrain.name}"
         damage = "" if config.damage == "none" else ", voxels break"
         return (
             f"{config.shape}, {config.sensors} sensors, {config.controller}, "
             f"{self.terrain.name}{damage}"
         )
 
+    @property
+    def is_complete(self) -> bool:
+        """Whether it has every control step from the first one on, so that it can be replayed."""
+        steps = np.arange(1, len(self.times) + 1)
+        return bool(np.allclose(self.times, steps * self.seconds, atol=self.seconds / 4))
+
     def frames(self, chosen: np.ndarray | slice, *, by_area: bool = False) -> list[Frame]:
         """Instants ready to be drawn.
 
         Args:
-            chosen: their indices.
+            chosen: The indices of the instants.
             by_area: whether voxels are coloured by their area instead of their actuation.
         """
         return [self._frame(i, by_area) for i in np.arange(len(self.times))[chosen].tolist()]
@@ -120,9 +136,9 @@ def record(
     """Let one individual act and record its course.
 
     Args:
-        config: the conditions.
-        genome: shape (G,).
-        seed: of terrain, sensor noise, damage and initial weights.
+        config: The options that the controller evolved under.
+        genome: The champion's genome, shape (G,).
+        seed: The seed of terrain, sensor noise, damage and initial weights.
         start: when the recording begins [s]; by default after the robot has learned to walk.
         seconds: length of the recording [s], cut at the end of the episode; by default all of it.
         every: control steps between two instants.
@@ -142,7 +158,7 @@ def record(
     scenarios = Scenarios.unseen(config.terrain, [seed])
     episode = start_episode(config, genome[None], scenarios)
     sim = episode.sim
-    course = _Course(weights_every)
+    course = Recorder(sim, config=config, weights_every=weights_every)
     course.look_at_weights(0.0, episode.state())
     step = 0
     while step < last:
@@ -161,13 +177,15 @@ def record(
         if sim.failed()[0]:
             break
         if step >= first:
-            course.add(sim, in_force, broken, episode.loop)
+            course.add(actuation=in_force, broken=broken, loop=episode.loop)
+        else:
+            course.pass_by()
     if len(course.times) < 2:
         raise ValueError(
             f"start: expected a time before the simulation of this robot fails, got "
             f"{first * DT:.1f} s; choose an earlier one, or another seed"
         )
-    return course.finish(config, scenarios.terrains[0], sim.apparatus)
+    return course.finish()
 
 
 def lidar_rays(
@@ -176,9 +194,9 @@ def lidar_rays(
     """What a robot sees: its lidars' rays, as long as they read.
 
     Args:
-        poses: of the squares, shape (V, 4, 3).
-        readings: shape (R,).
-        apparatus: of the robot.
+        poses: The poses of the squares, shape (V, 4, 3).
+        readings: The robot's readings, shape (R,).
+        apparatus: The sensors of the robot.
 
     Returns:
         Start and end of each ray [m], shape (K, 2, 2), and whether it ends on something, shape
@@ -201,43 +219,120 @@ def lidar_rays(
     return (np.array(rays), np.array(hits)) if rays else None
 
 
-@dataclass
-class _Course:
-    """A trajectory in the making."""
+class Recorder:
+    """Takes down the course of one world of a simulator.
 
-    weights_every: float
-    times: list[float] = field(default_factory=list)
-    columns: list[tuple[np.ndarray, ...]] = field(default_factory=list)
-    activations: list[tuple[np.ndarray, ...]] = field(default_factory=list)
-    weight_times: list[float] = field(default_factory=list)
-    weights: list[tuple[np.ndarray, ...]] = field(default_factory=list)
+    recorder = Recorder(sim, world=3)
+    for _ in range(600):
+        sim.step(actuation)
+        recorder.add()
+    trajectory_file.save(recorder.finish(), Path("course.safetensors"))
+    """
 
-    def add(self, sim: Simulator, in_force: Tensor, broken: Tensor, loop: ControlLoop) -> None:
-        """Note one instant."""
-        readings = sim.readings()
-        columns = (sim.mass_poses(), in_force, sim.area_ratios(), sim.touching(), readings, broken)
-        self.times.append(sim.time)
-        self.columns.append(tuple(_of_one(each) for each in columns))
+    def __init__(
+        self,
+        sim: Simulator,
+        world: int = 0,
+        *,
+        config: EvolveConfig | None = None,
+        weights_every: float = math.inf,
+    ) -> None:
+        """Looks at where the robot is; the course begins with the first `add`.
+
+        Args:
+            sim: the simulator, with ground.
+            world: number of the world.
+            config: the conditions, if they are an evolution's.
+            weights_every: seconds between two looks at the weights of a control loop.
+
+        Raises:
+            ValueError: there is no such world, or no ground.
+        """
+        if not 0 <= world < sim.n_worlds:
+            raise ValueError(f"world: expected 0 to {sim.n_worlds - 1}, got {world}")
+        if sim.terrains is None:
+            raise ValueError("sim: expected worlds with ground, got none; give a terrain")
+        self._sim = sim
+        self._world = world
+        self._config = config
+        self._weights_every = weights_every
+        self._body = sim.bodies.unlike[int(sim.bodies.of_world[world])]
+        self.times: list[float] = []
+        self._columns: list[tuple[np.ndarray, ...]] = []
+        self._activations: list[tuple[np.ndarray, ...]] = []
+        self._weight_times: list[float] = []
+        self._weights: list[tuple[np.ndarray, ...]] = []
+        self.pass_by()
+
+    def pass_by(self) -> None:
+        """Let an instant go unrecorded; the velocity of the next one is measured from it."""
+        self._last = float(self._sim.times[self._world]), self._center()
+
+    def add(
+        self,
+        reward: float | None = None,
+        *,
+        actuation: Tensor | None = None,
+        broken: Tensor | None = None,
+        loop: ControlLoop | None = None,
+    ) -> None:
+        """Take down one instant, after a control step.
+
+        Args:
+            reward: of the step; by default the velocity along x since the last instant [m/s].
+            actuation: that was in force in the step, (N, V); by default that of the simulator,
+                which is right after `Simulator.step`.
+            broken: which voxels were broken in it, (N, V); by default those that are now.
+            loop: whose activations and weights are taken down too.
+        """
+        sim, body = self._sim, self._body
+        before, start = self._last
+        self.pass_by()
+        time, center = self._last
+        v = body.n_voxels
+        voxels = (
+            sim.mass_poses(),
+            sim.actuation() if actuation is None else actuation,
+            sim.area_ratios(),
+            sim.touching(),
+            sim.broken() if broken is None else broken,
+        )
+        columns = [self._of_world(each)[:v] for each in voxels]
+        columns.append(self._of_world(sim.readings())[: body.apparatus.n_readings])
+        speed = (center - start) / max(time - before, 1e-9)
+        columns.append(np.array(speed if reward is None else reward, dtype=np.float64))
+        self.times.append(time)
+        self._columns.append(tuple(columns))
         if activations := getattr(loop, "activations", None):
-            self.activations.append(tuple(_of_one(layer) for layer in activations()))
-        if sim.time >= len(self.weight_times) * self.weights_every - DT / 2:
-            self.look_at_weights(sim.time, loop.state())
+            self._activations.append(tuple(self._of_world(layer) for layer in activations()))
+        if loop is not None and time >= len(self._weight_times) * self._weights_every - DT / 2:
+            self.look_at_weights(time, loop.state())
 
     def look_at_weights(self, time: float, state: hebbtorch.State) -> None:
-        """Note the weights."""
-        if math.isfinite(self.weights_every):
-            self.weight_times.append(time)
-            self.weights.append(tuple(_of_one(layer) for layer in state.weights))
+        """Take down weights."""
+        if math.isfinite(self._weights_every):
+            self._weight_times.append(time)
+            self._weights.append(tuple(self._of_world(layer) for layer in state.weights))
 
-    def finish(self, config: EvolveConfig, terrain: Terrain, apparatus: Apparatus) -> Trajectory:
-        """All of it."""
-        poses, actuation, areas, touching, readings, broken = (
-            np.stack(column) for column in zip(*self.columns, strict=True)
+    def finish(self) -> Trajectory:
+        """All of it.
+
+        Raises:
+            ValueError: there are fewer than two instants.
+        """
+        if len(self.times) < 2:
+            raise ValueError(f"recorder: expected at least two instants, got {len(self.times)}")
+        poses, actuation, areas, touching, broken, readings, rewards = (
+            np.stack(column) for column in zip(*self._columns, strict=True)
         )
+        terrains = self._sim.terrains
+        assert terrains is not None
         return Trajectory(
-            config=config,
-            terrain=terrain,
-            apparatus=apparatus,
+            config=self._config,
+            morphology=self._body.morphology,
+            terrain=terrains[self._world],
+            apparatus=self._body.apparatus,
+            seconds=DT * self._sim.control_interval,
             times=np.array(self.times),
             poses=poses,
             actuation=actuation,
@@ -245,15 +340,18 @@ class _Course:
             touching=touching,
             broken=broken,
             readings=readings,
-            activations=tuple(np.stack(layer) for layer in zip(*self.activations, strict=True)),
-            weight_times=np.array(self.weight_times),
-            weights=tuple(np.stack(layer) for layer in zip(*self.weights, strict=True)),
+            rewards=rewards,
+            activations=tuple(np.stack(layer) for layer in zip(*self._activations, strict=True)),
+            weight_times=np.array(self._weight_times),
+            weights=tuple(np.stack(layer) for layer in zip(*self._weights, strict=True)),
         )
 
+    def _center(self) -> float:
+        return float(self._sim.center_of_mass()[self._world, 0])
 
-def _of_one(values: Tensor) -> np.ndarray:
-    """Values of the only world, shape (1, ...), as an array (...) of its own."""
-    return values[0].detach().cpu().numpy().copy()
+    def _of_world(self, values: Tensor) -> np.ndarray:
+        """What values (N, ...) are in the world, as an array (...) of its own."""
+        return values[self._world].detach().cpu().numpy().copy()
 
 
 def _window(duration: float, start: float | None, seconds: float | None) -> tuple[int, int]:

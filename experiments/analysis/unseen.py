@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from torch import Tensor
 
 from experiments.config import EvolveConfig
+from experiments.config.options import options_of
 from experiments.io.csvfile import write_csv
 from experiments.io.outputs import require_writable
 from experiments.rollout import seeds
@@ -24,10 +26,21 @@ from experiments.runs.tensorboard.tracker import run_folders
 __all__ = [
     "Assessment",
     "assess",
+    "changed_conditions",
     "evaluate_run",
     "reassess",
     "speeds_on",
 ]
+
+
+_CHANGEABLE = (
+    *("noise", "noise_area", "noise_touch", "noise_velocity", "noise_lidar"),
+    *("gravity", "friction", "spring_frequency", "spring_damping"),
+    *("control_interval", "control_delay", "actuation_cutoff"),
+    *("damage_mode", "damage_probability", "damage_time", "damage_until", "damage_voxels"),
+    "duration",
+)
+"""What champions can meet otherwise than their evolution did."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +48,7 @@ class Assessment:
     """Speeds of the champions of a run on unseen terrains.
 
     Attributes:
-        champions: of the run.
+        champions: The champions of the run.
         config: the conditions that they met.
         scenarios: S of them.
         speeds: [m/s], shape (runs, S), float64, NaN where the episode failed.
@@ -50,7 +63,7 @@ class Assessment:
         """Show each run's median in TensorBoard, at the last generation.
 
         Args:
-            folder: of the run.
+            folder: The folder of the run.
         """
         config = self.config
         name = f"evaluation-{config.terrain}-{config.damage}"
@@ -74,7 +87,7 @@ def speeds_on(config: EvolveConfig, genomes: Tensor, scenarios: Scenarios) -> Te
     """Speeds of individuals, each in each of several scenarios.
 
     Args:
-        config: of their evolution, or with another `damage`.
+        config: The options of their evolution, or with another `damage`.
         genomes: shape (K, G).
         scenarios: S of them.
 
@@ -94,7 +107,7 @@ def reassess(
     """Speeds of individuals, each on each of several terrains of one kind.
 
     Args:
-        config: of their evolution, or with another `terrain` or `damage`.
+        config: The options of their evolution, or with another `terrain` or `damage`.
         genomes: shape (K, G).
         terrain_seeds: as in `Scenarios.unseen`.
         seed: as in `Scenarios.unseen`.
@@ -111,15 +124,17 @@ def assess(
     terrain: str | None = None,
     damage: Literal["none", "half"] | None = None,
     seed: int = 0,
+    changes: Mapping[str, Any] | None = None,
 ) -> Assessment:
     """Re-assess the champions of a run; nothing is written.
 
     Args:
-        folder: of the run.
+        folder: The folder of the run.
         n_terrains: number of unseen terrains.
         terrain: kind of terrain; None for the run's.
         damage: "none" or "half"; None for the run's.
         seed: decides noise, damage and the initial weights.
+        changes: other options in place of the run's, such as {"gravity": 5.0}.
 
     Raises:
         ValueError: an option is wrong, or the run cannot be read.
@@ -129,10 +144,36 @@ def assess(
         champions.config,
         terrain=champions.config.terrain if terrain is None else terrain,
         damage=champions.config.damage if damage is None else damage,
+        **(changes or {}),
     )
     config.validate()
     scenarios = Scenarios.unseen(config.terrain, seeds.unseen_terrain_seeds(n_terrains), seed)
     return Assessment(champions, config, scenarios, speeds_on(config, champions.genomes, scenarios))
+
+
+def changed_conditions(changes: Sequence[str]) -> dict[str, Any]:
+    """Options of the robot, the world and the control in place of a run's.
+
+    Args:
+        changes: each "NAME=VALUE", such as "gravity=5", "noise_lidar=0.1" or "control_delay=2".
+
+    Raises:
+        ValueError: there is no such option, or it is none that can be changed afterwards.
+    """
+    found: dict[str, Any] = {}
+    for change in changes:
+        name, _, text = change.partition("=")
+        if name not in _CHANGEABLE or not text:
+            raise ValueError(
+                f"change: expected NAME=VALUE with one of {', '.join(_CHANGEABLE)}, got {change!r}"
+            )
+        try:
+            found[name] = json.loads(text)
+        except ValueError:
+            found[name] = text
+        if name == "damage_voxels":
+            found[name] = text
+    return found
 
 
 def evaluate_run(
@@ -142,6 +183,7 @@ def evaluate_run(
     damage: Literal["none", "half"] | None,
     seed: int,
     out: Path | None,
+    changes: Sequence[str] = (),
 ) -> None:
     """Re-assess the champions of a run, print a summary and write every speed to a CSV file.
 
@@ -153,17 +195,26 @@ def evaluate_run(
         seed: decides noise, damage and the initial weights.
         out: the CSV file, with columns run, terrain, damage, speed [m/s]; by default one in the
             run's folder, named after the conditions.
+        changes: other conditions of the world than the run's, each "NAME=VALUE".
 
     Raises:
         ValueError: an option is wrong, or the run cannot be read; nothing was written then.
     """
-    require_writable(out)
-    assessment = assess(folder, n_terrains, terrain, damage, seed)
+    require_writable(out, folder)
+    changed = changed_conditions(changes)
+    assessment = assess(folder, n_terrains, terrain, damage, seed, changed)
     config, speeds = assessment.config, assessment.speeds
-    out = out or folder / evaluation_file(config, n_terrains, seed)
+    options = options_of(EvolveConfig)
+    words = [options[name].suffix(getattr(config, name)) for name in changed]
+    if out is None:
+        name = Path(evaluation_file(config, n_terrains, seed))
+        out = folder / "-".join([name.stem, *words])
+        out = out.with_name(out.name + name.suffix)
     assessment.write(out)
-    assessment.log(folder)
-    print(f"{config.terrain}, damage {config.damage}, {n_terrains} terrain(s), speeds in m/s:")
+    if not changed:
+        assessment.log(folder)
+    conditions = "".join(f", {word}" for word in [f"damage {config.damage}", *words])
+    print(f"{config.terrain}{conditions}, {n_terrains} terrain(s), speeds in m/s:")
     for run, own in enumerate(speeds):
         low, middle, high = own.nanquantile(own.new_tensor([0.25, 0.5, 0.75])).tolist()
         evolved = assessment.champions.fitness[run].item()

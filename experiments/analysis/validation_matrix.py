@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from experiments.analysis.unseen import speeds_on
-from experiments.io.csvfile import write_csv
+from experiments.io.csvfile import labelled, write_csv
 from experiments.rollout import seeds
 from experiments.rollout.scenarios import Scenarios
 from experiments.runs.champions import Champions
@@ -40,13 +40,8 @@ class Matrix:
 
     def write(self, out: Path) -> Path:
         """Write a CSV file: run, terrain, damage, seed, speed [m/s]."""
-        rows = (
-            (run, terrain, damage, seed, speed)
-            for run, of_run in enumerate(self.speeds.tolist())
-            for terrain, of_terrain in zip(TERRAINS, of_run, strict=True)
-            for damage, of_damage in zip(DAMAGES, of_terrain, strict=True)
-            for seed, speed in zip(self.terrain_seeds, of_damage, strict=True)
-        )
+        runs = range(len(self.speeds))
+        rows = labelled(self.speeds, runs, TERRAINS, DAMAGES, self.terrain_seeds)
         return write_csv(out, ("run", "terrain", "damage", "seed", "speed"), rows)
 
 
@@ -54,7 +49,7 @@ def validate(champions: Champions, seed: int = 0) -> Matrix:
     """Let champions live, as plastic as they are, under every condition.
 
     Args:
-        champions: of any controller.
+        champions: The champions of any controller.
         seed: decides noise, damage and the initial weights.
     """
     terrain_seeds = seeds.unseen_terrain_seeds(_SEEDS)

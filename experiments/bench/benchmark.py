@@ -20,6 +20,7 @@ from experiments.bench import (
     scaling,
     startup,
 )
+from experiments.bench.environments import bench_environments
 from experiments.bench.gpu import gpu
 from experiments.bench.machine import Machine, available_cores
 from experiments.bench.measurement import Measurement, Stage
@@ -32,6 +33,7 @@ from physics import checks
 __all__ = ["Benchmark", "bench", "measurements", "processes"]
 
 Benchmark = Callable[[Setting], list[Measurement]]
+_ROUND, _QUICK_ROUND = 1.0, 0.2  # of the throughput curve [s]
 _PLAIN_WIDTH = 150  # of a table that does not go to a terminal
 
 
@@ -44,6 +46,8 @@ def bench(
     seed: int = 0,
     threads: int | None = None,
     against: Path | None = None,
+    environments: int = 0,
+    evogym: str | None = None,
 ) -> None:
     """Measures how fast everything runs and prints a table.
 
@@ -52,9 +56,13 @@ def bench(
         out: folder for the table in JSON and in Markdown, bench.json and bench.md.
         quick: whether to take fewer and shorter measurements.
         profile: whether to tell where the time of a step goes, too.
-        seed: of gaits, genomes and terrains.
-        threads: of the evolution; all cores if not given. All else runs on one.
+        seed: The seed of gaits, genomes and terrains.
+        threads: The number of threads of the evolution; all cores if not given. All else runs on
+            one.
         against: another checkout of this project; only how the two compare is measured then.
+        environments: The largest number of environments of the throughput curve; only that is
+            measured then.
+        evogym: An interpreter that has EvoGym, for that curve; by default this one.
 
     Raises:
         ValueError: an option is wrong; nothing was measured then.
@@ -70,6 +78,10 @@ def bench(
     console = Console(highlight=False)
     if not console.is_terminal:
         console = Console(highlight=False, width=_PLAIN_WIDTH)
+    if environments != 0:
+        seconds = _QUICK_ROUND if quick else _ROUND
+        bench_environments(console, environments, out, seconds, evogym)
+        return
     setting = Setting.of(quick=quick, cores=threads or available_cores(), seed=seed)
     machine = Machine.here()
     if against is not None:

@@ -26,6 +26,7 @@ from experiments.bench.setting import Setting
 
 __all__ = ["Comparison", "check", "compare", "compare_all", "markdown", "show", "write_json"]
 
+_FORMAT = 1  # of the table in JSON
 _HERE = Path(__file__).resolve().parents[2]
 _WORKLOAD = Path("experiments", "bench", "workload.py")
 _STRETCH = 2  # repetitions' length, so that a switch between processes weighs little
@@ -44,9 +45,9 @@ class Comparison:
     """The same work, done by two programs.
 
     Attributes:
-        what: the work.
+        what: The name of the work that is timed.
         there: CPU time per robot-step of the other checkout [us], one figure per pair.
-        here: of this program, likewise.
+        here: The times of this program, likewise.
         same_bits: whether all robots ended in the same poses, bit for bit.
     """
 
@@ -138,9 +139,9 @@ def compare(checkout: Path, setting: Setting, kind: str, shape: str) -> Comparis
 
     Args:
         checkout: folder of the other program, as `git worktree add` or `git clone` makes it.
-        setting: how much.
+        setting: How much is measured.
         kind: "open", "hebbian", "mlp" or "own".
-        shape: of the robots.
+        shape: The shape of the robots.
 
     Raises:
         ValueError: the folder holds no such program.
@@ -201,6 +202,7 @@ def write_json(
 ) -> None:
     """Writes everything for a machine to read."""
     content = {
+        "format": _FORMAT,
         "machine": machine.as_dict(),
         "against": str(checkout.resolve()),
         "seed": seed,

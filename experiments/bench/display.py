@@ -16,6 +16,7 @@ from experiments.bench.measurement import Measurement, Stage
 
 __all__ = ["markdown", "show_rows", "show_stages", "write_json"]
 
+_FORMAT = 1  # of the table in JSON
 _COLOURS = {"aim": "green", "reached": "yellow", "MISSED": "bold red"}
 _COLUMNS = (
     "what",
@@ -82,6 +83,7 @@ def write_json(
 ) -> None:
     """Writes everything for a machine to read."""
     content = {
+        "format": _FORMAT,
         "machine": machine.as_dict(),
         "seed": seed,
         "quick": quick,

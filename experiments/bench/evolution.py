@@ -68,8 +68,8 @@ def share(robot_steps: int, seconds: float, cores: int, rate: float) -> float:
 
     Args:
         robot_steps: done in that time.
-        seconds: of wall time.
-        cores: used.
+        seconds: The wall time [s].
+        cores: The number of cores that were used.
         rate: robot-steps per second of one core in the closed loop.
     """
     return 100 * robot_steps / seconds / (cores * rate)
@@ -80,11 +80,12 @@ def paper_run_minutes(seconds: float, setting: Setting) -> float:
 
     Args:
         seconds: wall time of one generation of all runs.
-        setting: with as long a life or a shorter one; cost is taken as proportional to it.
+        setting: How much was measured; its episodes are as long or shorter, and the cost is taken
+            as proportional to their length.
     """
     generations = _PAPER_EVALUATIONS / setting.population
-    lives = steps_in(_PAPER_DURATION) / steps_in(setting.duration)
-    return seconds * lives * generations / setting.runs / 60
+    times_as_long = steps_in(_PAPER_DURATION) / steps_in(setting.duration)
+    return seconds * times_as_long * generations / setting.runs / 60
 
 
 def _rate(setting: Setting) -> float:

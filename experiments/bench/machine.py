@@ -23,7 +23,7 @@ class Machine:
     Attributes:
         cpu: name of the processor.
         cores: that this process may use.
-        python, torch, taichi: versions.
+        python, torch, taichi: The versions of these.
         date: now, in UTC.
         command: line of this process.
     """

@@ -29,8 +29,8 @@ class Measurement:
     """A figure.
 
     Attributes:
-        what: is measured.
-        unit: of the figure.
+        what: What is measured.
+        unit: The unit of the figure.
         samples: one per repetition; at least one.
         more_is_better: whether it is a rate or share; else it is a cost.
         baseline: the same figure of the program it is compared with.
@@ -92,7 +92,7 @@ class Stage:
     """A part of the work.
 
     Attributes:
-        name: of it.
+        name: The name of the part.
         microseconds: CPU time per robot-step [us].
     """
 

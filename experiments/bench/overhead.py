@@ -36,7 +36,7 @@ def besides_episodes(setting: Setting) -> list[Measurement]:
 
 
 def generation_stages(setting: Setting) -> list[Stage]:
-    """CPU time of each part of a generation, per robot-step of the lives."""
+    """CPU time of each part of a generation, per robot-step of the episodes."""
     robot_steps = setting.runs * setting.population * steps_in(setting.duration)
     return [
         Stage(name, 1e6 * statistics.median(samples) / robot_steps)
@@ -45,7 +45,7 @@ def generation_stages(setting: Setting) -> list[Stage]:
 
 
 def _generations(setting: Setting) -> list[tuple[float, ...]]:
-    """CPU time of the PARTS of generations with very short lives [s]."""
+    """CPU time of the PARTS of generations with very short episodes [s]."""
     config = EvolveConfig(
         shape=BIPED,
         sensors="high",

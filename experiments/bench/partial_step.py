@@ -12,29 +12,23 @@ from torch import Tensor
 from experiments.bench.workload import Workload
 from physics import backend
 from physics.backend import ti
-from physics.engine import integrator, step
-from physics.engine.contacts import ground_detection, ground_solver, self_detection, self_solver
-from physics.engine.joints import ropes, springs, welds
-from physics.engine.memory.model import F_NOISE, load_sizes
-from physics.engine.sensing import sense
+from physics.engine import F_NOISE, Tables, load_sizes, sense, step
 
 __all__ = ["STAGES", "PartialStep"]
 
-_MOTION, _SPRINGS, _ROPES, _WELDS, _CONTACTS, _POSITIONS, _DETECT, _SELF, _SENSE = (
-    1 << k for k in range(9)
-)
+_SENSORS = 2 * step.SELF_COLLISION
 # Noise is no stage of its own: the sensors have it or not. Robots without self-collision have no
 # such stage.
 STAGES = {
-    "free motion": _MOTION,
-    "springs": _SPRINGS,
-    "ropes": _ROPES,
-    "welds": _WELDS,
-    "contacts": _CONTACTS,
-    "position stage": _POSITIONS,
-    "detection": _DETECT,
-    "self-collision": _SELF,
-    "sensors": _SENSE,
+    "free motion": step.MOTION,
+    "springs": step.SPRINGS,
+    "ropes": step.ROPES,
+    "welds": step.WELDS,
+    "contacts": step.GROUND,
+    "position stage": step.POSITIONS,
+    "detection": step.DETECTION,
+    "self-collision": step.SELF_COLLISION,
+    "sensors": _SENSORS,
     "noise": 0,
 }
 
@@ -59,77 +53,26 @@ def _kernel(program: backend.Program) -> Any:
     ):
         for q in range(backend.GRAIN):
             if q == 0:
-                m = load_sizes(mi)
+                sizes = load_sizes(mi, 0)
                 for g in range(lists.shape[0]):
-                    state, before = ti.static(
-                        (T.group(S, g, m.items), T.group(S_before, g, m.items))
+                    state, before, m = ti.static(
+                        (
+                            T.group(S, g, sizes.group_items, T.lists(lists, g)),
+                            T.group(S_before, g, sizes.group_items, T.lists(lists_before, g)),
+                            Tables(sizes, mi, mf, stages),
+                        )
                     )
-                    contacts, _ = ti.static((T.lists(lists, g), 0))
                     for _time in range(times):
-                        for item in range(m.items):
+                        for item in range(m.group_items):
                             state[item] = before[item]
-                        for item in range(contacts.items):
-                            contacts[item] = lists_before[g, item]
-                        _step(state, contacts, terrain, m, mi, mf, stages, T)
-                        if stages & _SENSE:
-                            sense(state, m, mi, mf, T)
+                        for item in range(state.lists.items):
+                            state.lists[item] = before.lists[item]
+                        step.advance(state, m, T)
+                        step.touch(state, terrain, m, True, T)
+                        if m.stages & _SENSORS:
+                            sense(state, m, T)
 
     return rounds
-
-
-@ti.func
-def _step(
-    S: ti.template(),
-    lists: ti.template(),
-    terrain: ti.template(),
-    m: ti.template(),
-    mi: ti.template(),
-    mf: ti.template(),
-    stages,
-    T: ti.template(),
-):
-    """``step.advance`` and ``step.touch`` with the stages of a mask, but continuous detection."""
-    if stages & _MOTION:
-        step.count_step(S, m, T)
-        integrator.integrate_velocities(S, m, mf, T)
-    if ti.static(T.features.self_collision):  # noqa: SIM102 - compile-time
-        if stages & _SELF:
-            self_solver.prepare(S, lists, m, T)
-    if stages & _CONTACTS:
-        ground_solver.prepare(S, lists, m, T)
-    if ti.static(T.features.self_collision):  # noqa: SIM102 - compile-time
-        if stages & _SELF:
-            self_solver.warm_start(S, lists, m, T)
-    if stages & _SPRINGS:
-        springs.prepare(S, m, mi, mf, T)
-    if stages & _ROPES:
-        ropes.prepare(S, lists, m, mi, T)
-    if stages & _WELDS:
-        welds.prepare(S, m, mi, T)
-    for _ in range(m.velocity_iterations):
-        if stages & _SPRINGS:
-            springs.solve_velocities(S, m, T)
-        if stages & _ROPES:
-            ropes.solve_velocities(S, lists, m, T)
-        if stages & _WELDS:
-            welds.solve_velocities(S, m, mi, T)
-        if ti.static(T.features.self_collision):  # noqa: SIM102 - compile-time
-            if stages & _SELF:
-                self_solver.solve_velocities(S, lists, m, T)
-        if stages & _CONTACTS:
-            ground_solver.solve_velocities(S, lists, m, mf, T)
-    if stages & _MOTION:
-        integrator.integrate_positions(S, m, T)
-    if stages & _POSITIONS:
-        step.solve_positions(S, lists, m, mi, T)
-    if stages & _DETECT:
-        ground_detection.update_window(S, terrain, m, mf, T)
-        ground_detection.detect(S, lists, m, T)
-    if ti.static(T.features.self_collision):  # noqa: SIM102 - compile-time
-        if stages & _SELF:
-            self_detection.detect(S, lists, m, mi, T)
-    if stages & _MOTION:
-        step.mark_ends(S, m, T)
 
 
 class PartialStep:
@@ -151,7 +94,7 @@ class PartialStep:
 
         Args:
             stages: sum of those in `STAGES`.
-            times: how often.
+            times: How often the step is taken.
             noise: whether the sensors have any.
 
         Returns:

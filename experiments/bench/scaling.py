@@ -87,7 +87,7 @@ def _costs(
     """CPU time of a step per unit of work [us].
 
     Batches are timed in turns, so that a disturbance by another job meets all, over the same
-    seconds of their lives: how much there is to do changes as robots walk on. Of small batches
+    seconds of their episodes: how much there is to do changes as robots walk on. Of small batches
     there are several. Units are those of one batch of each size.
     """
     warm_up([robots for batch in batches.values() for robots in batch], setting)

@@ -13,18 +13,18 @@ class Setting:
 
     Attributes:
         cores: that an evolution may use; all else runs on one.
-        seed: of gaits, genomes and terrains.
-        worlds: of a batch; a multiple of `workload.GAITS`.
-        steps: of one repetition, 1 s.
+        seed: The seed of gaits, genomes and terrains.
+        worlds: The number of worlds of a batch; a multiple of `workload.GAITS`.
+        steps: The engine steps of one repetition, 1 s.
         warm_up: steps before the first repetition: the robots have landed and walk.
-        repetitions: of everything but whole processes, in each pass.
+        repetitions: How often everything but whole processes is measured in each pass.
         passes: over everything but whole processes, so that a minute in which something else
             slows the machine down does not decide a row.
-        most_worlds: of the largest batch.
-        runs, population, generations, duration: of the evolution; the first generation
-            compiles and does not count.
-        cold_starts, warm_starts: processes started.
-        pairs: of measurements in turns with another checkout.
+        most_worlds: The number of worlds of the largest batch.
+        runs, population, generations, duration: The size of the evolution that is timed; its first
+            generation compiles and does not count.
+        cold_starts, warm_starts: How many processes are started with empty and with full caches.
+        pairs: The number of pairs of measurements, in turns with another checkout.
     """
 
     cores: int

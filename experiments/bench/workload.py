@@ -26,7 +26,7 @@ class Workload(Protocol):
     """A batch of robots.
 
     Attributes:
-        sim: their worlds.
+        sim: The simulator with their worlds.
     """
 
     sim: Simulator

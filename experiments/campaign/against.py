@@ -29,9 +29,9 @@ class Difference:
     """What became of the champions' speeds of one condition.
 
     Attributes:
-        name: of the condition.
+        name: The name of the condition.
         identical: whether every run gave the same speed, bit for bit.
-        comparison: of the runs now (first) with those before; None without them.
+        comparison: The comparison of the runs now (first) with those before; None without them.
         shift: how much faster they are now [m/s].
     """
 
@@ -62,7 +62,7 @@ def read(root: Path, scale: Scale) -> list[FinishedRuns]:
 
     Args:
         root: its folder, packed or not.
-        scale: of the campaign that will be compared.
+        scale: The scale of the campaign that will be compared.
 
     Raises:
         ValueError: there are none, or they are of another scale.
@@ -89,8 +89,8 @@ def compare(
     """Compare the champions of finished conditions with those of another campaign.
 
     Args:
-        conditions: of this campaign.
-        folders: of those that are finished, by name.
+        conditions: The conditions of this campaign.
+        folders: The folders of those that are finished, by name.
         before: the other campaign's.
     """
     differences, pairs, identical = [], [], []

@@ -38,7 +38,7 @@ def run_on_ray(campaign: Campaign, gpus: float) -> None:
 
     Args:
         campaign: studies at work in a folder.
-        gpus: of each condition; a fraction lets several share one.
+        gpus: How many GPUs each condition takes; a fraction lets several share one.
     """
     if todo := campaign.unfinished:
         if not ray.is_initialized():

@@ -47,7 +47,8 @@ def seconds_left(progress: Iterable[tuple[EvolveConfig, int, float]]) -> float |
     It goes by robot-steps times voxels, to which the time is about proportional.
 
     Args:
-        progress: of each evolution its options, generations done and time taken [s].
+        progress: The options of each evolution, the generations it has done and the time they took
+            [s].
 
     Returns:
         None if no generation is done yet.

@@ -20,8 +20,8 @@ def open_session(config: EvolveConfig, folder: Path, overview: Path | None = Non
     """A condition's evolution, begun or taken up where it stood.
 
     Args:
-        config: the options.
-        folder: of the run.
+        config: The options of the evolution.
+        folder: The folder of the run.
         overview: folder of the TensorBoard run with the median over its runs; by default in
             `folder`.
 
@@ -37,8 +37,8 @@ def run_condition(condition: Condition, folder: Path, overview: Path, label: str
     """Evolve a condition to its end, from wherever it stands.
 
     Args:
-        condition: with the options of the machine.
-        folder: of its run.
+        condition: The condition, its config with the options of the machine.
+        folder: The folder of its run.
         overview: as in `open_session`.
         label: what to call it while it runs, short.
 

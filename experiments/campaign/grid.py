@@ -67,7 +67,7 @@ class Condition:
     """One evolution of a campaign, all its seeds in one batch.
 
     Attributes:
-        name: of its folder, see `condition_name`.
+        name: The name of its folder, see `condition_name`.
         config: the options, validated.
     """
 
@@ -91,7 +91,7 @@ class Grid:
         """All conditions, validated.
 
         Args:
-            scale: of every condition.
+            scale: The scale of every condition.
 
         Raises:
             ValueError: an option or a value is wrong, or values do not fit together.
@@ -134,7 +134,7 @@ def check_options(where: str, options: Mapping[str, Any]) -> None:
 
     Args:
         where: what to call their place.
-        options: by name.
+        options: The options by name.
 
     Raises:
         ValueError: a name is unknown, or belongs to the scale or to the machine.

@@ -22,7 +22,7 @@ def run_campaign(studies: Sequence[Study], options: CampaignOptions) -> int:
     """Run studies in a folder, or go on with them.
 
     Args:
-        studies: at least one.
+        studies: The studies to run, at least one.
         options: where, how much and on what.
 
     Returns:

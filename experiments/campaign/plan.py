@@ -25,7 +25,7 @@ class Estimate:
     """What a condition would take.
 
     Attributes:
-        condition: with the options of the machine.
+        condition: The condition, its config with the options of the machine.
         status: how far it is.
         evaluations: episodes, all in all.
         robot_steps: control steps of all robots, all in all.

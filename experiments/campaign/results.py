@@ -12,8 +12,8 @@ def analyse(name: str, folder: Path) -> Path:
     """Apply an analysis to a finished run; what is there already is left alone.
 
     Args:
-        name: of a function of `experiments.analysis.registry`.
-        folder: of the run.
+        name: The name of a function of `experiments.analysis.registry`.
+        folder: The folder of the run.
 
     Returns:
         The file.
@@ -28,8 +28,8 @@ def draw(name: str, folders: Sequence[Path], out: Path) -> list[Path]:
     """Draw a figure, with its table.
 
     Args:
-        name: of a function of `experiments.report.figures`.
-        folders: of all runs of a study, finished and analysed.
+        name: The name of a function of `experiments.report.figures`.
+        folders: The folders of all runs of a study, finished and analysed.
         out: folder for the files, created if need be.
 
     Returns:

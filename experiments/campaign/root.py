@@ -42,7 +42,7 @@ class ConditionStatus:
     """How far a condition is.
 
     Attributes:
-        generation: generations done.
+        generation: How many generations are done.
         finished: whether the champions are there.
         seconds: wall time so far [s].
     """
@@ -56,7 +56,7 @@ class CampaignRoot:
     """The folder of a campaign. Reading from it changes nothing; `declare` creates it.
 
     Attributes:
-        path: ROOT.
+        path: The campaign's folder, ROOT.
     """
 
     def __init__(self, path: Path) -> None:
@@ -83,8 +83,8 @@ class CampaignRoot:
         """See that a campaign can begin or go on here; nothing is written.
 
         Args:
-            scale: of the campaign.
-            studies: to add, or to go on with; with their conditions.
+            scale: The scale of the campaign.
+            studies: The studies to add or to go on with, with their conditions.
 
         Returns:
             How far each of their conditions is, by name.
@@ -119,8 +119,8 @@ class CampaignRoot:
         """Create the folder if need be, and record the studies.
 
         Args:
-            scale: of the campaign.
-            studies: to add to those declared before; with their conditions.
+            scale: The scale of the campaign.
+            studies: The studies to add to those declared before, with their conditions.
 
         Returns:
             A lock: while it is open, no other process can work here.

@@ -35,7 +35,8 @@ class Campaign:
 
         Args:
             root: the folder, declared.
-            studies: with their conditions, which have the options of the machine; in this order.
+            studies: The studies in the order of their work, with their conditions, whose config has
+                the options of the machine.
         """
         self.root = root
         self.conditions = {each.name: each for members in studies.values() for each in members}

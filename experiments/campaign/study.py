@@ -18,9 +18,9 @@ class Study:
     """One question.
 
     Attributes:
-        name: of its script and of its folder.
+        name: The name of its script and of its folder.
         question: what it asks, a sentence.
-        grids: of its conditions.
+        grids: The grids of its conditions.
         analyses: functions of `experiments.analysis.registry`, applied to every finished condition.
         figures: functions of `experiments.report.figures`, applied to all of them together.
     """

@@ -76,6 +76,10 @@ def _check_numbers(config: Any) -> None:
     for name, minimum in (
         ("sigma", 0.0),
         ("noise", 0.0),
+        ("noise_area", 0.0),
+        ("noise_touch", 0.0),
+        ("noise_velocity", 0.0),
+        ("noise_lidar", 0.0),
         ("duration", _LEAST_DURATION),
         ("decay", 0.0),
         ("clip", 0.0),
@@ -85,9 +89,11 @@ def _check_numbers(config: Any) -> None:
         ("spring_frequency", 0.1),
         ("spring_damping", 0.0),
         ("damage_probability", 0.0),
+        ("damage_time", 0.0),
+        ("damage_until", 0.0),
     ):
         value = getattr(config, name)
-        if name in ("actuation_cutoff", "friction") and value is None:
+        if value is None and getattr(type(config), name) is None:
             continue
         if not _is_finite(value) or value < minimum:
             raise ValueError(f"{name}: expected a finite number >= {minimum}, got {value!r}")
@@ -95,7 +101,7 @@ def _check_numbers(config: Any) -> None:
         raise ValueError(
             f"damage_probability: expected a number in [0, 1], got {config.damage_probability!r}"
         )
-    from physics.scene.clock import steps_in
+    from physics import steps_in
 
     steps_in(config.duration)
     if config.sigma == 0:
@@ -132,10 +138,28 @@ def _check_network(config: Any) -> None:
     network.initial_state(generator=torch.Generator())
 
 
+def _check_damage(config: Any, n_voxels: int) -> None:
+    """See that damage comes within the episode and meets voxels that there are."""
+    numbers = config.voxels_that_break()
+    if any(number >= n_voxels for number in numbers):
+        raise ValueError(
+            f"damage_voxels: expected numbers from 0 to {n_voxels - 1}, the voxels of "
+            f"{config.shape}, got {config.damage_voxels!r}"
+        )
+    start = config.duration / 2 if config.damage_time is None else config.damage_time
+    if config.damage_until is not None and config.damage_until <= start:
+        raise ValueError(
+            f"damage_until: expected more than {start:g} s, when voxels break, got "
+            f"{config.damage_until!r}"
+        )
+
+
 def _check_world(config: Any) -> None:
     from physics import Apparatus, Morphology, Terrain
 
-    apparatus = Apparatus.of(config.sensors, Morphology.from_name(config.shape))
+    morphology = Morphology.from_name(config.shape)
+    apparatus = Apparatus.of(config.sensors, morphology)
+    _check_damage(config, morphology.n_voxels)
     if apparatus.n_readings == 0:
         raise ValueError(
             f"sensors: expected at least one reading, got none from {config.sensors!r} on "

@@ -18,6 +18,7 @@ __all__ = ["EvolveConfig"]
 
 _FORMAT = 1  # of the options in JSON
 _PLASTIC, _STATIC = ("hebbian",), ("mlp", "rnn")  # controllers with and without plasticity
+_SENSORS = "area", "touch", "velocity", "lidar"
 _SPELLINGS: dict[str, dict[str, str | None]] = {
     "normalize": {"none": None, "None": None},
     "init": {"zero": "zeros"},
@@ -238,6 +239,42 @@ class EvolveConfig:
     )
     """Standard deviation of the sensor noise, in units of each sensor's range."""
 
+    noise_area: float | None = option(
+        None,
+        "variant",
+        group="robot",
+        suffix=lambda value: f"noise-area-{float(value)}",
+        label=lambda value: f"noise {value} of area",
+    )
+    """The same of area sensors alone; --noise if not given."""
+
+    noise_touch: float | None = option(
+        None,
+        "variant",
+        group="robot",
+        suffix=lambda value: f"noise-touch-{float(value)}",
+        label=lambda value: f"noise {value} of touch",
+    )
+    """The same of touch sensors alone; --noise if not given."""
+
+    noise_velocity: float | None = option(
+        None,
+        "variant",
+        group="robot",
+        suffix=lambda value: f"noise-velocity-{float(value)}",
+        label=lambda value: f"noise {value} of velocity",
+    )
+    """The same of velocity sensors alone; --noise if not given."""
+
+    noise_lidar: float | None = option(
+        None,
+        "variant",
+        group="robot",
+        suffix=lambda value: f"noise-lidar-{float(value)}",
+        label=lambda value: f"noise {value} of lidar",
+    )
+    """The same of lidar sensors alone; --noise if not given."""
+
     control_interval: int = option(
         1,
         "variant",
@@ -320,6 +357,34 @@ class EvolveConfig:
     )
     """Probability of each voxel to break."""
 
+    damage_time: float | None = option(
+        None,
+        "variant",
+        group="robot",
+        suffix=lambda value: f"broken-at-{float(value)}",
+        label=lambda value: f"damage at {value} s",
+    )
+    """When voxels break [s]; at half of the episode if not given."""
+
+    damage_until: float | None = option(
+        None,
+        "variant",
+        group="robot",
+        suffix=lambda value: f"mended-at-{float(value)}",
+        label=lambda value: f"mended at {value} s",
+    )
+    """When broken voxels work again [s]; never if not given."""
+
+    damage_voxels: str = option(
+        "",
+        "variant",
+        group="robot",
+        suffix=lambda value: f"broken-voxels-{value.replace(',', '-')}",
+        label=lambda value: f"voxels {value} break",
+    )
+    """Numbers of the voxels that break, such as "0,3", counted from the bottom row; by chance
+    if not given."""
+
     generations: int = option(500, "scale", group="evolution")
     """Populations to evaluate."""
 
@@ -373,6 +438,27 @@ class EvolveConfig:
             "fixed", "bias", "exchange_bc", "constant_last_input", "terms",
         )  # fmt: skip
         return {"clip": self.clip or None, **{name: getattr(self, name) for name in names}}
+
+    def noises(self) -> float | dict[str, float]:
+        """The sensor noise as `physics.Simulator` takes it."""
+        own = {kind: getattr(self, f"noise_{kind}") for kind in _SENSORS}
+        if all(value is None for value in own.values()):
+            return self.noise
+        return {kind: self.noise if value is None else value for kind, value in own.items()}
+
+    def voxels_that_break(self) -> list[int]:
+        """The numbers in `damage_voxels`.
+
+        Raises:
+            ValueError: they are no numbers.
+        """
+        words = self.damage_voxels.split(",") if self.damage_voxels else []
+        if not all(word.strip().isdecimal() for word in words):
+            raise ValueError(
+                'damage_voxels: expected numbers of voxels such as "0,3", got '
+                f"{self.damage_voxels!r}"
+            )
+        return [int(word) for word in words]
 
     def to_json(self) -> str:
         """The options as a JSON object, which `from_json` reads back."""

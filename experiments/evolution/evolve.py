@@ -39,9 +39,9 @@ class Session:
     """An evolution at work in its folder, RUN. Use :meth:`create` or :meth:`resume`.
 
     Attributes:
-        folder: RUN.
-        config: the options.
-        generation: generations done.
+        folder: The run's folder, RUN.
+        config: The options of the evolution.
+        generation: How many generations are done.
         tracker: the TensorBoard files.
     """
 
@@ -81,7 +81,7 @@ class Session:
         """Begin an evolution in a new folder.
 
         Args:
-            config: the options.
+            config: The options of the evolution.
             folder: must not exist yet, or be empty.
             overview: folder of the TensorBoard run with the median over the runs; by default
                 RUN/over-runs, if there are several.
@@ -102,7 +102,7 @@ class Session:
         """Take up an evolution where it stood.
 
         Args:
-            folder: of the run.
+            folder: The folder of the run.
             generations: as in `resume` of this module.
             overview: as in `create`.
 

@@ -17,7 +17,7 @@ def evolve(config: EvolveConfig, folder: Path) -> None:
     """Run an evolution and leave everything in a new folder.
 
     Args:
-        config: the options.
+        config: The options of the evolution.
         folder: must not exist yet, or be empty.
 
     Raises:
@@ -32,7 +32,7 @@ def resume(folder: Path, generations: int | None = None) -> None:
     """Go on with an evolution exactly as if it had not been stopped.
 
     Args:
-        folder: of the run.
+        folder: The folder of the run.
         generations: how many it shall have from now on, as if it had been started with them;
             None: as many as before.
 

@@ -8,6 +8,7 @@ import torch
 from torch import Tensor
 
 from experiments.analysis.measures import DIVERGED
+from hebbtorch.measures import weight_measures
 
 __all__ = ["measure"]
 
@@ -24,8 +25,8 @@ def measure(
     Args:
         genomes: shape (population, G).
         failed: whose world became non-finite, shape (population,).
-        weights: of each layer at the end of the episodes, shapes (population, synapses); none of
-            static controllers, whose weights are their genomes.
+        weights: The weights of each layer at the end of the episodes, shapes (population,
+            synapses); none of static controllers, whose weights are their genomes.
         seconds: wall time of this generation [s].
         robot_steps: steps of 1/60 s that all robots of this population made.
     """
@@ -44,11 +45,11 @@ def _plasticity(weights: Sequence[Tensor]) -> dict[str, float]:
     """Sizes of the weights at the end, over all individuals."""
     if not weights:
         return {}
-    sizes = [layer.abs() for layer in weights]
-    values = {"plasticity/diverged": _diverged(torch.cat(sizes, 1))}
-    for k, layer in enumerate(sizes):
-        values[f"plasticity/weight_mean_abs/layer{k}"] = layer.mean().item()
-        values[f"plasticity/weight_max_abs/layer{k}"] = layer.max().item()
+    values = {"plasticity/diverged": _diverged(torch.cat([layer.abs() for layer in weights], 1))}
+    for k, layer in enumerate(weights):
+        sizes = weight_measures(layer.unsqueeze(-2))
+        values[f"plasticity/weight_mean_abs/layer{k}"] = sizes["weight_mean_abs"].mean().item()
+        values[f"plasticity/weight_max_abs/layer{k}"] = sizes["weight_max_abs"].max().item()
     return values
 
 
@@ -56,7 +57,7 @@ def _diverged(sizes: Tensor) -> float:
     """Share of weights more than ten times as large as the median one of their network.
 
     Args:
-        sizes: of all weights, shape (population, synapses).
+        sizes: The sizes of all weights, shape (population, synapses).
     """
     return (sizes > DIVERGED * sizes.median(1, keepdim=True).values).double().mean().item()
 

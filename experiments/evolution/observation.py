@@ -18,14 +18,12 @@ from torch import Tensor
 
 import hebbtorch
 from experiments.analysis.measures import gait_measures
-from experiments.analysis.term_sizes import TermSizes
 from experiments.config import EvolveConfig
-from experiments.rollout import fused
 from experiments.rollout.episode import Episode, start_episode
 from experiments.rollout.scenarios import Scenarios
 from experiments.runs.archive import ARCHIVE_INTERVAL
 from physics import DT
-from physics.render.draw import Frame
+from physics.render import Frame
 
 __all__ = [
     "Observation",
@@ -41,7 +39,6 @@ _OTHERS = ("flat", "steppy-1-10")  # kinds of terrain besides the evolution's
 _OWN, _OTHER, _DAMAGED = 4, 2, 4  # episodes on its kind, on each other kind, with damage
 _WINDOW = 4.0  # [s] at the end, in which the gait is looked at
 _FILM, _FILM_STEPS = 2.0, 6  # length of the film [s] at the end, control steps between pictures
-_SATURATED = 0.9  # an activation beyond it counts as saturated
 _SHORT = 100  # generations of an evolution that is looked at twice as often as others
 
 
@@ -52,7 +49,8 @@ class Observation:
     Attributes:
         metrics: numbers by their tags; None where there is nothing to tell.
         frames: the last seconds of the first episode; none if it failed.
-        weights: of each layer at the end, shape (out, in); none for a static controller.
+        weights: The weights of each layer at the end, shape (out, in); none for a static
+            controller.
         rules: the coefficients A, B, C and D of each layer, by "A/layer0" and so on.
     """
 
@@ -86,7 +84,7 @@ class Observer:
     """Looks at the champions of an evolution.
 
     Attributes:
-        terrain: of the first episode, which is filmed.
+        terrain: The terrain of the first episode, which is filmed.
     """
 
     def __init__(self, config: EvolveConfig) -> None:
@@ -135,9 +133,11 @@ class _Watch:
         self._episode = episode
         self._first = slice(None, None, n_each)
         network = episode.network
-        self._terms = TermSizes(network) if isinstance(network, hebbtorch.HebbianMLP) else None
-        self._born = episode.state().weights
-        self._samples: list[dict[str, Tensor]] = []
+        self._n_each = n_each
+        self._monitor: hebbtorch.Monitor | None = None
+        if isinstance(network, hebbtorch.HebbianMLP):
+            second = episode.sim.control_steps(1.0)
+            self._monitor = hebbtorch.Monitor(network, every=second)
         self._areas: list[Tensor] = []
         self._touching: list[Tensor] = []
         self._frames: list[tuple[float, Tensor, Tensor]] = []
@@ -148,7 +148,7 @@ class _Watch:
         at the bodies in the last seconds.
 
         Args:
-            film_seconds: at the end that are filmed [s].
+            film_seconds: How much of the end of the episode is filmed [s].
 
         Returns:
             Their speeds [m/s], NaN where one failed.
@@ -157,30 +157,22 @@ class _Watch:
         steps = episode.n_steps
         window = steps - min(sim.control_steps(_WINDOW), steps // 2)
         film = steps - sim.control_steps(film_seconds)
-        second = sim.control_steps(1.0)
-        episode.run(1)
+        episode.run(1, self._monitor)
         while (done := episode.steps_done) < steps:
-            ahead = 1
-            if done < window:
-                ahead = max(1, min(second - done % second, window - done, steps - done))
-            is_sampled = self._terms is not None and (done + ahead) % second == 0
-            if is_sampled and ahead > 1:
-                episode.run(ahead - 1)
-                ahead = 1
-            before = episode.state().weights if is_sampled else ()
+            ahead = max(1, window - done)
             end = done + ahead
             is_filmed = end > film and end % _FILM_STEPS == 0
             in_force = sim.actuation()[self._first] if is_filmed else None
-            episode.run(ahead)
-            if is_sampled:
-                self._sample(before)
+            episode.run(ahead, self._monitor)
             if end > window:
                 self._areas.append(sim.area_ratios()[self._first])
                 if not self._touching or end % _FILM_STEPS == 0:
                     self._touching.append(sim.touching()[self._first])
             if in_force is not None:
                 self._frames.append((sim.time, sim.mass_poses()[self._first], in_force))
-        self._weights = tuple(layer[self._first] for layer in episode.state().weights)
+        if self._monitor is not None:
+            self._monitor.close()
+            self._weights = tuple(layer[self._first] for layer in episode.state().weights)
         return episode.finish().speed.cpu()
 
     def observation(self, run: int, validation: Mapping[str, float | None]) -> Observation:
@@ -201,40 +193,19 @@ class _Watch:
             Frame(poses[run].cpu().numpy(), time, actuation=in_force[run].cpu().numpy())
             for time, poses, in_force in ([] if failed else self._frames)
         ]
-        weights = [layer[run].cpu().numpy() for layer in self._weights if self._terms is not None]
+        weights = [layer[run].cpu().numpy() for layer in self._weights]
         return Observation(metrics, frames, weights, dict(self._rules(run)))
 
-    def _sample(self, before: tuple[Tensor, ...]) -> None:
-        """Note what the step of learning did that was made last."""
-        sample: dict[str, Tensor] = {}
-        now = self._episode.state().weights
-        for k, (first, old, new) in enumerate(zip(self._born, before, now, strict=True)):
-            first, old, new = (each[self._first].flatten(1) for each in (first, old, new))
-            sample[f"update_mean_abs/layer{k}"] = (new - old).abs().mean(1)
-            sample[f"drift_from_birth/layer{k}"] = (new - first).abs().mean(1)
-            sample[f"sign_changes/layer{k}"] = (new * old < 0).float().mean(1)
-        if isinstance(self._episode.loop, fused.FusedLoop) and self._terms is not None:
-            activations = self._episode.loop.activations()
-            self._terms.add(activations)
-            for k, layer in enumerate(activations[1:]):
-                saturated = layer[self._first].abs() > _SATURATED
-                sample[f"saturated/layer{k}"] = saturated.float().mean(1)
-        self._samples.append(sample)
-
     def _plasticity(self, run: int) -> dict[str, float | None]:
-        """Means over the samples of an episode; of the drift, the last one."""
-        values: dict[str, float | None] = {}
-        for name in self._samples[0] if self._samples else ():
-            course = torch.stack([sample[name][run] for sample in self._samples])
-            value = course[-1] if name.startswith("drift") else course.mean()
-            values[f"plasticity/{name}"] = value.item()
-        if self._terms is not None and any("saturated/layer0" in each for each in self._samples):
-            for k, sizes in enumerate(self._terms.by_layer()):
-                own = sizes[self._first][run]
-                shares = (own / own.sum()).tolist() if float(own.sum()) > 0 else [None] * len(own)
-                for term, share in zip("ABCD", shares, strict=True):
-                    values[f"plasticity/share_{term}/layer{k}"] = share
-        return values
+        """What the monitor saw of one champion; the sizes of weights are told of the population."""
+        if self._monitor is None:
+            return {}
+        seen = self._monitor.summary(individual=run * self._n_each)
+        return {
+            f"plasticity/{name}": None if np.isnan(value) else value
+            for name, value in seen.items()
+            if not name.startswith("weight_")
+        }
 
     def _rules(self, run: int) -> Iterator[tuple[str, np.ndarray]]:
         """Coefficients of one champion, by their names."""

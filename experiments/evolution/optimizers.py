@@ -22,7 +22,7 @@ def optimizer_of(config: EvolveConfig, n_genes: int) -> hebbtorch.AskTell:
     """The strategy that a configuration names.
 
     Args:
-        config: The options.
+        config: The options of the evolution.
         n_genes: Genes of an individual.
 
     Raises:

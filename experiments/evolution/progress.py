@@ -45,9 +45,9 @@ class ProgressDisplay:
         """Start to show progress.
 
         Args:
-            generations: of the whole evolution.
-            done: of them, done before this process.
-            label: of every line, short.
+            generations: The number of generations of the whole evolution.
+            done: How many of them were done before this process.
+            label: The label of every line, short.
             interval: between plain lines [s].
             clock: tells the time [s].
         """

@@ -12,8 +12,7 @@ from experiments.evolution.observation import Observation
 from experiments.runs.tensorboard import EventFile, Tracker
 from experiments.runs.tensorboard.heatmap import heat_map
 from physics import Terrain
-from physics.render import draw, movie
-from physics.render.frame import Frame
+from physics.render import Frame, draw, movie
 
 __all__ = ["show"]
 
@@ -31,10 +30,10 @@ def show(
     """Log what was observed of the champion of each run; pictures of that of the first one.
 
     Args:
-        tracker: of the evolution.
-        generation: in which they were the best.
+        tracker: The tracker of the evolution.
+        generation: The generation in which they were the best.
         observations: one for each run.
-        terrain: on which they were filmed.
+        terrain: The terrain on which they were filmed.
         pictured: whether to show films and matrices, too.
     """
     tracker.log_more(generation, [each.metrics for each in observations])

@@ -37,7 +37,7 @@ def remove_leftovers(folder: Path, names: Iterable[str]) -> None:
 
     Args:
         folder: Which no other process writes into.
-        names: Of the files.
+        names: The names of the files.
     """
     for name in names:
         folder.joinpath(name + _SUFFIX).unlink(missing_ok=True)

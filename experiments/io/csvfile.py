@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable, Sequence
+import itertools
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from torch import Tensor
 
 from experiments.io.atomic import write_atomically
 
-__all__ = ["write_csv"]
+__all__ = ["labelled", "write_csv"]
 
 
 def write_csv(path: Path, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> Path:
     """Replace a file by a table; floats with every digit, "nan" where there is no number.
 
     Args:
-        path: the file.
+        path: The file to write.
         columns: their names, the first line.
         rows: one value per column each.
 
@@ -30,3 +34,15 @@ def write_csv(path: Path, columns: Sequence[str], rows: Iterable[Sequence[Any]])
     writer.writerows(rows)
     write_atomically(path, table.getvalue().encode())
     return path
+
+
+def labelled(values: Tensor, *labels: Sequence[Any]) -> Iterator[tuple[Any, ...]]:
+    """The rows of a long table: labels of each value along every axis, then the value.
+
+    Args:
+        values: Of any shape.
+        labels: For each axis of the values as many labels as it is long.
+    """
+    assert values.shape == tuple(map(len, labels))
+    for names, value in zip(itertools.product(*labels), values.flatten().tolist(), strict=True):
+        yield *names, value

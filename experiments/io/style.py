@@ -116,11 +116,11 @@ def sheet(
 
     Args:
         out: an existing folder.
-        name: of the files.
+        name: The name of the files.
         size: width and height of one panel [in].
-        rows: of panels.
-        columns: of panels.
-        heights: of the rows in relation to each other; all are as high if not given.
+        rows: The number of rows of panels.
+        columns: The number of columns of panels.
+        heights: The heights of the rows in relation to each other; the same for all if not given.
         share: `sharex` and `sharey` of matplotlib's `subplots`.
     """
     with mpl.rc_context(_RC):

@@ -26,8 +26,8 @@ def write_tensors(path: Path, tensors: Mapping[str, Tensor], config: str) -> Non
     """Replace a file; it is never seen half written.
 
     Args:
-        path: The file.
-        tensors: By name.
+        path: The file to write or read.
+        tensors: The tensors by name.
         config: The options that they belong to, as JSON.
     """
     contents = {name: tensor.detach().cpu().contiguous() for name, tensor in tensors.items()}
@@ -42,7 +42,7 @@ def read_tensors(path: Path, names: Sequence[str]) -> tuple[dict[str, Tensor], s
 
     Args:
         path: An existing file.
-        names: Of the tensors in it.
+        names: The names of the tensors in it.
 
     Returns:
         The tensors by name, and the options as JSON.
@@ -87,6 +87,7 @@ def _digest(tensors: Mapping[str, Tensor], config: str) -> str:
         tensor = tensors[name]
         for text in (name, str(tensor.dtype), str(tuple(tensor.shape))):
             state.update(text.encode() + b"\0")
-        state.update(tensor.contiguous().reshape(-1).view(torch.uint8).numpy().tobytes())
+        if tensor.numel() > 0:
+            state.update(tensor.contiguous().reshape(-1).view(torch.uint8).numpy().tobytes())
     state.update(config.encode())
     return state.hexdigest()

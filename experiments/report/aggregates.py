@@ -41,7 +41,7 @@ def mean_a12(pairs: Sequence[tuple[Values, Values]]) -> Estimate:
     second (Vargha and Delaney's A12; ties count half), with its 95 % interval.
 
     Args:
-        pairs: for every condition, the runs of both, shapes (n1,) and (n2,).
+        pairs: For every condition the values of the runs of both sides, shapes (n1,) and (n2,).
 
     Raises:
         ValueError: there are no values.
@@ -63,7 +63,7 @@ def profile(samples: Sequence[Values], levels: Values) -> tuple[Values, Values, 
 
     Args:
         samples: one per condition, shape (runs,) each, in the same unit.
-        levels: shape (K,).
+        levels: The levels at which the profile is computed, shape (K,).
 
     Returns:
         The shares and the lower and upper bounds of their 95 % intervals, shape (K,) each.

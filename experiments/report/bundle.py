@@ -30,6 +30,7 @@ from experiments.config import EvolveConfig
 from experiments.io.atomic import write_atomically
 from experiments.io.csvfile import write_csv
 from experiments.io.formats import require_format
+from experiments.io.outputs import require_folder
 from experiments.report.figures.overview import takeoff_times
 from experiments.report.figures.performance import unseen_per_run
 from experiments.report.finished_runs import FinishedRuns, find_runs, gather
@@ -72,6 +73,7 @@ def pack(root: Path, out: Path) -> list[Path]:
     folders = _by_name(root)
     if out.is_file() or (out.is_dir() and any(out.iterdir()) and not is_bundle(out)):
         raise ValueError(f"out: expected a new or empty folder, or a bundle, got {str(out)!r}")
+    require_folder(out)
     conditions = {name: gather([folder])[0] for name, folder in folders.items()}
     champions = {name: Champions.load(folder) for name, folder in folders.items()}
     out.mkdir(parents=True, exist_ok=True)
@@ -100,6 +102,7 @@ def unpack(bundle: Path, out: Path) -> None:
     _verify(bundle)
     if out.is_file() or (out.is_dir() and any(out.iterdir())):
         raise ValueError(f"out: expected a new or empty folder, got {str(out)!r}; choose another")
+    require_folder(out)
     with zipfile.ZipFile(bundle / _TABLES) as archive:
         for name in archive.namelist():
             parts = PurePosixPath(_plain(name)).parts

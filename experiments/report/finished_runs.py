@@ -18,7 +18,7 @@ from experiments.config.options import options_of
 from experiments.io.reading import readable
 from experiments.report import intervals
 from experiments.runs.champions import Champions
-from experiments.runs.names import CHAMPIONS, HISTORY
+from experiments.runs.names import CHAMPIONS, HISTORY, present
 
 __all__ = ["FinishedRuns", "Table", "find_runs", "gather", "per_run", "runs_in"]
 
@@ -36,8 +36,8 @@ class FinishedRuns:
     Attributes:
         config: the options, but for those that only say which runs and how they were computed.
         sources: folder, run within it and seed of each run.
-        fitness: of each run's champion, as evaluated in evolution [m/s], shape (runs,), NaN where
-            it failed.
+        fitness: The fitness of each run's champion as evaluated in evolution [m/s], shape (runs,),
+            NaN where it failed.
     """
 
     config: EvolveConfig
@@ -82,9 +82,9 @@ class FinishedRuns:
     def files(self, name: str) -> list[tuple[int, int, Path]]:
         """The runs whose folder has a file `name`: run, run within the folder, the file."""
         return [
-            (run, own, folder / name)
+            (run, own, path)
             for run, (folder, own, _) in enumerate(self.sources)
-            if (folder / name).is_file()
+            if (path := present(folder, name)) is not None
         ]
 
     def curves(self, column: str = "best") -> Values:

@@ -7,9 +7,11 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+from experiments.io.outputs import require_folder
 from experiments.report import claims, intervals
 from experiments.report.bundle import unpacked
 from experiments.report.figures import FIGURES
+from experiments.report.figures.trajectories import draw_trajectories
 from experiments.report.finished_runs import find_runs, gather
 
 __all__ = ["draw_all"]
@@ -21,9 +23,10 @@ def draw_all(
     """Draw every figure, write its table and the report, and tell which files were written.
 
     Args:
-        roots: folders with finished runs at or below them, or packed campaigns.
+        roots: folders with finished runs at or below them, or packed campaigns; or files with
+            recorded trajectories, of which each gets a figure of its own.
         out: folder for the files, created if need be; by default `figures` in the first root.
-        seed: of the bootstrap intervals.
+        seed: The seed of the bootstrap intervals.
         print_quality: whether to keep the figures in PDF, too.
 
     Returns:
@@ -35,8 +38,14 @@ def draw_all(
     """
     if not roots:
         raise ValueError("root: expected a folder with finished runs, got none; name it")
+    if all(root.is_file() for root in roots):
+        for path in draw_trajectories(roots, out):
+            print(f"wrote {path}")
+        return []
     if missing := [root for root in roots if not root.is_dir()]:
         raise ValueError(f"root: expected an existing folder, got {str(missing[0])!r}")
+    out = out or roots[0] / "figures"
+    require_folder(out)
     with unpacked(roots) as folders:
         found = find_runs(folders)
         if not found:
@@ -45,7 +54,6 @@ def draw_all(
                 f" found none; `hebbtorch campaign paper --out {roots[0]}` makes them"
             )
         gather(found)  # so that what is wrong with them is told before anything is written
-        out = out or roots[0] / "figures"
         out.mkdir(parents=True, exist_ok=True)
         with intervals.resampling_with(seed):
             return _draw(found, out, print_quality)

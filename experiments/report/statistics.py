@@ -70,8 +70,8 @@ class Comparison:
     Attributes:
         where: what the pair has in common, such as "biped-4x3 low".
         n: runs of the first and of the second.
-        medians: of both, with 95 % bootstrap intervals.
-        p: of this test alone.
+        medians: The medians of both, with 95 % bootstrap intervals.
+        p: The p-value of this test alone.
         p_holm: corrected for the family.
         least_p_holm: the smallest `p_holm` that so many runs in such a family can reach.
         a12: effect size, see `Test`.

@@ -18,7 +18,7 @@ class Times:
     """When it happened in each of R runs.
 
     Attributes:
-        times: of the event, or of the end of the run if that came first, shape (R,).
+        times: The time of the event, or of the end of the run if that came first, shape (R,).
         happened: whether it did, shape (R,).
     """
 
@@ -59,7 +59,7 @@ def first_above(curves: Values, level: float) -> Times:
 
     Args:
         curves: shape (R, T), NaN where there is no value.
-        level: to be exceeded.
+        level: The level to be exceeded.
     """
     above: NDArray[np.bool_] = np.nan_to_num(curves, nan=-np.inf) > level
     happened: NDArray[np.bool_] = np.any(above, axis=1)

@@ -22,7 +22,7 @@ def write(rows: Sequence[TableRow], out: Path, name: str, caption: str = "") -> 
     Args:
         rows: one mapping of column and value each; a column that a row lacks stays empty.
         out: an existing folder.
-        name: of both files.
+        name: The name of both files.
         caption: what the table says, above it in the Markdown file.
 
     Returns:

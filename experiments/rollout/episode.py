@@ -6,6 +6,7 @@ outcome = episode.finish()  # or episode.run(steps), and look at episode.sim mea
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +19,7 @@ from experiments.rollout import controller
 from experiments.rollout.control_loop import Loop, control_loop
 from experiments.rollout.controller import Controller
 from experiments.rollout.scenarios import Scenarios, damage
+from experiments.rollout.team import Team
 from physics import Apparatus, Morphology, Simulator
 
 __all__ = ["Episode", "Outcome", "simulator", "start_episode"]
@@ -49,7 +51,7 @@ class Episode:
 
     Attributes:
         sim: The N worlds; they are reset.
-        network: The N networks, with their genomes.
+        network: The N networks, with their genomes; a team where robots differ.
         n_steps: Control steps of the whole episode.
         steps_done: Control steps so far.
         loop: What drives the robots.
@@ -58,7 +60,7 @@ class Episode:
     def __init__(
         self,
         sim: Simulator,
-        network: Controller,
+        network: Controller | Team,
         duration: float,
         *,
         state: hebbtorch.State | None = None,
@@ -67,10 +69,10 @@ class Episode:
         """Reset the worlds, and hand the robots to their networks.
 
         Args:
-            sim: N worlds.
+            sim: A simulator of N worlds.
             network: N networks, with their genomes.
             duration: Length of the episode [s], rounded up to whole control steps.
-            state: Of the networks at the beginning; by default their `initial_state()`.
+            state: The state of the networks at the beginning; by default nothing is learned.
             loop: See `control_loop`.
 
         Raises:
@@ -80,21 +82,26 @@ class Episode:
         self.network = network
         self.n_steps = sim.control_steps(duration)
         self.steps_done = 0
-        self.loop = control_loop(
-            sim, network, network.initial_state() if state is None else state, loop
-        )
+        if state is None:
+            state = network.zeros() if isinstance(network, Team) else network.initial_state()
+        self.loop = control_loop(sim, network, state, loop)
         if not sim.at_start:
             sim.reset()
         self._first: tuple[Tensor, float] | None = None
 
     @torch.no_grad()
-    def run(self, steps: int) -> None:
-        """Go on for some control steps."""
+    def run(self, steps: int, monitor: hebbtorch.Monitor | None = None) -> None:
+        """Go on for some control steps.
+
+        Args:
+            steps: The number of control steps.
+            monitor: A monitor of the network, which is filled.
+        """
         if self._first is None and steps > 0:
-            self.loop.run(self.sim, 1)
+            self.loop.run(self.sim, 1, monitor)
             self._first = self._center(), self.sim.time
             self.steps_done, steps = 1, steps - 1
-        self.loop.run(self.sim, steps)
+        self.loop.run(self.sim, steps, monitor)
         self.steps_done += steps
 
     def freeze(self) -> None:
@@ -146,11 +153,11 @@ class Episode:
 
 def start_episode(
     config: EvolveConfig,
-    genomes: Tensor,
+    genomes: Tensor | Sequence[Tensor],
     scenarios: Scenarios,
     *,
-    shape: Morphology | None = None,
-    sensors: Apparatus | None = None,
+    shape: Morphology | Sequence[Morphology] | None = None,
+    sensors: str | Apparatus | Sequence[Apparatus] | None = None,
     network: Controller | None = None,
     **physics: Any,
 ) -> Episode:
@@ -159,10 +166,10 @@ def start_episode(
     Args:
         config: The conditions: shape, sensors, controller, noise, damage, duration and so on. Its
             terrain and seed do not count, since the scenarios have their own.
-        genomes: One per individual, shape (N, G).
+        genomes: One per individual, shape (N, G), or a list of N where their lengths differ.
         scenarios: What each individual meets, N of them.
-        shape: A body in place of the options'.
-        sensors: An apparatus in place of the options'.
+        shape: A body in place of the options', or a list of N of them.
+        sensors: An apparatus in place of the options', or a list of N of them.
         network: Networks of N individuals to use again, as `controller.build` made them.
         physics: Other keywords of `Simulator` in place of what the options say, such as engine,
             gravity or damage.
@@ -174,10 +181,14 @@ def start_episode(
         raise ValueError(
             f"scenarios: expected {len(genomes)}, one per genome, got {len(scenarios)}"
         )
-    if network is None:
-        network = controller.build(config, len(genomes), shape, sensors)
-    network.set_genomes(genomes)
     sim = simulator(config, scenarios, shape=shape, sensors=sensors, **physics)
+    if not sim.bodies.alike:
+        team = Team.of(config, sim.bodies, list(genomes))
+        state = team.initial_state(config.init, scenarios.init_seeds)
+        return Episode(sim, team, config.duration, state=state, loop=config.loop)
+    if network is None:
+        network = controller.build(config, len(genomes), sim.morphology, sim.apparatus)
+    network.set_genomes(genomes if isinstance(genomes, Tensor) else torch.stack(list(genomes)))
     state = controller.initial_state(network, config.init, scenarios.init_seeds)
     return Episode(sim, network, config.duration, state=state, loop=config.loop)
 
@@ -186,8 +197,8 @@ def simulator(
     config: EvolveConfig,
     scenarios: Scenarios,
     *,
-    shape: Morphology | None = None,
-    sensors: Apparatus | None = None,
+    shape: Morphology | Sequence[Morphology] | None = None,
+    sensors: str | Apparatus | Sequence[Apparatus] | None = None,
     **physics: Any,
 ) -> Simulator:
     """The worlds of some scenarios, without controllers.
@@ -195,12 +206,12 @@ def simulator(
     Args:
         config: As for `start_episode`, like the rest.
         scenarios: What the worlds are, N of them.
-        shape: A body in place of the options'.
-        sensors: An apparatus in place of the options'.
+        shape: A body in place of the options', or a list of N of them.
+        sensors: An apparatus in place of the options', or a list of N of them.
         physics: Other keywords of `Simulator` in place of what the options say.
     """
     options: dict[str, Any] = {
-        "noise": config.noise,
+        "noise": config.noises(),
         "control_interval": config.control_interval,
         "control_delay": config.control_delay,
         "actuation_cutoff": config.actuation_cutoff,
@@ -208,7 +219,7 @@ def simulator(
         "friction": config.friction,
         "spring_frequency": config.spring_frequency,
         "spring_damping": config.spring_damping,
-        "damage": damage(config),
+        "damage": damage(config, _least_voxels(config, shape)),
         "device": config.device,
         "threads": config.threads,
     }
@@ -220,3 +231,12 @@ def simulator(
         seed=scenarios.world_seeds,
         **(options | physics),
     )
+
+
+def _least_voxels(config: EvolveConfig, shape: Morphology | Sequence[Morphology] | None) -> int:
+    """Voxels of the robot, or of the smallest of several."""
+    if shape is None:
+        return Morphology.from_name(config.shape).n_voxels
+    if isinstance(shape, Morphology):
+        return shape.n_voxels
+    return min(Morphology.of(each).n_voxels for each in shape)

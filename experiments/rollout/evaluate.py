@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import torch
 from torch import Tensor
@@ -11,7 +12,8 @@ from experiments.config import EvolveConfig
 from experiments.rollout import controller
 from experiments.rollout.episode import Episode, Outcome, start_episode
 from experiments.rollout.scenarios import Scenarios
-from physics import Apparatus, Engine, Morphology, Terrain
+from experiments.rollout.team import gene_counts
+from physics import Apparatus, Bodies, Engine, Morphology, Terrain
 
 __all__ = ["Evaluator", "Fitness", "Objective", "fitness"]
 
@@ -36,8 +38,9 @@ class Evaluator:
 
         Args:
             genomes: Shape (runs, population, G).
-            generation: From 1; with the seed of a run and the index of an individual it decides
-                the terrain, the noise, the damage and the initial weights.
+            generation: The number of the generation, from 1; with the seed of a run and the index
+                of an individual it decides the terrain, the noise, the damage and the initial
+                weights.
 
         Returns:
             What came out for all individuals, run by run; N = runs * population.
@@ -60,14 +63,14 @@ class Fitness:
     """Evolution's own evaluation as a function of genomes; `fitness` makes it.
 
     Attributes:
-        n_genes: Genes of one individual, G.
+        n_genes: Genes of one individual, G; of every individual, B numbers, for a list of bodies.
     """
 
     def __init__(
         self,
         config: EvolveConfig,
-        shape: Morphology,
-        sensors: Apparatus,
+        shape: Morphology | Sequence[Morphology],
+        sensors: str | Apparatus | Sequence[Apparatus],
         terrain: str | Terrain,
         engine: Engine | None,
         objective: Objective,
@@ -78,26 +81,28 @@ class Fitness:
         self._terrain = terrain
         self._engine = engine
         self._objective = objective
-        self.n_genes: int = controller.build(config, 1, shape, sensors).n_genes
+        several = not isinstance(shape, Morphology)
+        count = 1 if isinstance(shape, Morphology) else len(shape)
+        self._counts = gene_counts(config, Bodies.of(shape, sensors, count))
+        self.n_genes: Any = self._counts if several else self._counts[0]
 
-    def __call__(self, genomes: Tensor, generation: int) -> Tensor:
+    def __call__(self, genomes: Tensor | Sequence[Tensor], generation: int) -> Tensor:
         """Evaluate genomes.
 
         Args:
-            genomes: Shape (B, G), any B.
-            generation: From 1.
+            genomes: Shape (B, G), any B; for a list of B bodies also a list of B genomes, each of
+                the length that its body needs.
+            generation: The number of the generation, from 1.
 
         Returns:
             Values of shape (B,), or (B, K) for an objective with K values; NaN where the
             simulation failed.
 
         Raises:
-            ValueError: the genomes are not (B, G), or the generation is below 1.
+            ValueError: the genomes are not (B, G), or not as many as bodies, or the generation is
+                below 1.
         """
-        if genomes.ndim != 2 or genomes.shape[1] != self.n_genes:
-            raise ValueError(
-                f"genomes: expected shape (B, {self.n_genes}), got {tuple(genomes.shape)}"
-            )
+        self._check(genomes)
         if generation < 1:
             raise ValueError(f"generation: expected an integer >= 1, got {generation!r}")
         seed = self._config.seed
@@ -116,11 +121,29 @@ class Fitness:
         failed = episode.sim.failed().to(values.device)
         return torch.where(failed.reshape(-1, *[1] * (values.ndim - 1)), torch.nan, values)
 
+    def _check(self, genomes: Tensor | Sequence[Tensor]) -> None:
+        """Raises unless the genomes are as many and as long as they must be."""
+        if isinstance(self.n_genes, int):
+            shape = tuple(getattr(genomes, "shape", ()))
+            if len(shape) != 2 or shape[1] != self.n_genes:
+                raise ValueError(f"genomes: expected shape (B, {self.n_genes}), got {shape}")
+            return
+        lengths = [tuple(genome.shape) for genome in genomes]
+        if len(lengths) != len(self._counts):
+            raise ValueError(
+                f"genomes: expected {len(self._counts)}, one for each body, got {len(lengths)}"
+            )
+        for b, (length, count) in enumerate(zip(lengths, self._counts, strict=True)):
+            if length != (count,):
+                raise ValueError(
+                    f"genomes: expected {count} genes for body {b}, got shape {length}; see n_genes"
+                )
+
 
 def fitness(
     config: EvolveConfig,
-    shape: Morphology | None = None,
-    sensors: Apparatus | None = None,
+    shape: Morphology | Sequence[Morphology] | None = None,
+    sensors: str | Apparatus | Sequence[Apparatus] | None = None,
     terrain: str | Terrain | None = None,
     engine: Engine | None = None,
     objective: Objective | None = None,
@@ -133,9 +156,10 @@ def fitness(
 
     Args:
         config: The options; its population and runs do not count.
-        shape: A body in place of the options'.
-        sensors: An apparatus in place of the options'; for another body than the options' it is
-            by default theirs, applied to that body.
+        shape: A body in place of the options'; or a list of them, one for each individual of a
+            call, which are evaluated together.
+        sensors: An apparatus in place of the options', or a name, or for a list of bodies a list;
+            for another body than the options' it is by default theirs, applied to that body.
         terrain: A Terrain, or another name, in place of the options'.
         engine: Settings of the physics engine in place of the defaults.
         objective: What to measure; by default the speed [m/s]. It is given the `Episode` before
@@ -147,8 +171,8 @@ def fitness(
     Raises:
         ValueError: an option is wrong.
     """
-    body = shape or Morphology.from_name(config.shape)
-    apparatus = Apparatus.of(sensors or config.sensors, body)
+    body = Morphology.from_name(config.shape) if shape is None else shape
+    apparatus = config.sensors if sensors is None else sensors
     ground = config.terrain if terrain is None else terrain
     measure = objective or (lambda episode: episode.finish().speed)
     return Fitness(config, body, apparatus, ground, engine, measure)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -81,15 +82,33 @@ class Scenarios:
         return len(self.terrains)
 
 
-def damage(config: EvolveConfig) -> Damage | None:
+def damage(config: EvolveConfig, n_voxels: int) -> Damage | None:
     """The damage of an episode: None, or as in the paper (Sec. IV-B) one half of the voxels.
 
     Args:
-        config: The options; voxels break at half of its duration.
+        config: The options; by default voxels break at half of its duration, by chance.
+        n_voxels: Of the robot.
+
+    Raises:
+        ValueError: the options name a voxel that it does not have.
     """
     if config.damage == "none":
         return None
-    return Damage(config.damage_probability, config.duration / 2, config.damage_mode)
+    mask = None
+    if numbers := config.voxels_that_break():
+        if max(numbers) >= n_voxels:
+            raise ValueError(
+                f"damage_voxels: expected numbers from 0 to {n_voxels - 1}, got "
+                f"{config.damage_voxels!r}"
+            )
+        mask = [voxel in numbers for voxel in range(n_voxels)]
+    return Damage(
+        config.damage_probability,
+        config.duration / 2 if config.damage_time is None else config.damage_time,
+        config.damage_mode,
+        math.inf if config.damage_until is None else config.damage_until,
+        mask,
+    )
 
 
 def _terrain(spec: str | Terrain, seed: int) -> Terrain:

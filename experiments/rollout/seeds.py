@@ -23,8 +23,8 @@ def derive(run_seed: int, purpose: Purpose, *indices: int) -> int:
 
     Args:
         run_seed: the seed of the run.
-        purpose: what it is for: "terrain"; "world" (sensor noise and damage); "init" (weights at
-            birth); "unseen" and "unseen-init", the same of a re-assessment; "pruning", which
+        purpose: what it is for: "terrain"; "world" (sensor noise and damage); "init" (initial
+            weights); "unseen" and "unseen-init", the same of a re-assessment; "pruning", which
             synapses to prune at random.
         indices: what it belongs to, such as (generation, individual).
     """

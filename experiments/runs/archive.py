@@ -27,8 +27,8 @@ class Archive:
         config: the options of the evolution.
         generations: which ones, from 1; shape (K,), int64.
         genomes: shape (K, runs, G).
-        fitness: as evaluated in that generation [m/s], shape (K, runs), float64; NaN where the
-            whole population failed.
+        fitness: Fitness as evaluated in that generation [m/s], shape (K, runs), float64; NaN where
+            the whole population failed.
     """
 
     config: EvolveConfig
@@ -56,7 +56,7 @@ class Archive:
 
         Args:
             generation: later than all in here.
-            genomes: of the population of each run, shape (runs, population, G).
+            genomes: The genomes of the population of each run, shape (runs, population, G).
             fitness: shape (runs, population) [m/s], NaN where an individual failed.
         """
         best = fitness.nan_to_num(nan=-math.inf).argmax(1)

@@ -22,7 +22,7 @@ class Champions:
     Attributes:
         config: the options of the evolution.
         genomes: shape (runs, G).
-        fitness: as evaluated in the evolution [m/s], shape (runs,), float64.
+        fitness: Fitness as evaluated in the evolution [m/s], shape (runs,), float64.
     """
 
     config: EvolveConfig

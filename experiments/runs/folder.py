@@ -46,7 +46,7 @@ class Checkpoint:
     """All it takes to go on exactly.
 
     Attributes:
-        generation: generations done.
+        generation: How many generations are done.
         strategy: state of the evolution strategy, plain tensors and numbers.
         history: the rows of the generations done.
     """
@@ -131,7 +131,7 @@ class RunStore:
         Files that run ahead of the checkpoint are cut back to it, once it is found good.
 
         Args:
-            folder: of the run.
+            folder: The folder of the run.
             generations: how many the run shall have from now on; None: as many as before.
 
         Raises:
@@ -235,8 +235,8 @@ def read_checkpoint(folder: Path, config: EvolveConfig) -> Checkpoint:
     """Where a run stands, without touching it.
 
     Args:
-        folder: of the run.
-        config: its options.
+        folder: The folder of the run.
+        config: The run's options.
 
     Raises:
         ValueError: the checkpoint is damaged, or of another run.

@@ -39,7 +39,7 @@ class HistoryRow(NamedTuple):
 
         Args:
             run: index of the run.
-            generation: from 1.
+            generation: The number of the generation, from 1.
             fitness: shape (population,) [m/s], NaN where an individual failed.
             seconds: wall time so far [s].
         """

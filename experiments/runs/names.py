@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from experiments.config import EvolveConfig
 
 __all__ = [
@@ -20,9 +22,12 @@ __all__ = [
     "PRUNING",
     "RANDOM_GENOMES",
     "RECORDING",
+    "RECORDING_FORMAT",
     "RECORDING_MEASURES",
+    "SETTLING",
     "evaluation_file",
     "freezing_file",
+    "present",
 ]
 
 CONFIG = "config.json"
@@ -37,14 +42,30 @@ PAIRED = "paired.csv"
 GENERALIZATION = "generalization.csv"
 ENDURANCE = "endurance.csv"
 MATRIX = "matrix.csv"
-RECORDING = "inner_life.npz"
-RECORDING_MEASURES = "inner_life.json"
+RECORDING = "recording.npz"
+RECORDING_MEASURES = "recording.json"
 RANDOM_GENOMES = "random_genomes.json"
+RECORDING_FORMAT = 1  # of these three; earlier versions wrote none
+SETTLING = "settling.csv"
+
+_FORMER = {RECORDING: "inner_life.npz", RECORDING_MEASURES: "inner_life.json"}
+"""What earlier versions called some files."""
 
 EVALUATION_TERRAINS = 10
 """Unseen terrains of a re-assessment, as in the paper (Sec. IV-A)."""
 FREEZING_TERRAINS = 3
 """Unseen terrains on which frozen weights are assessed."""
+
+
+def present(folder: Path, name: str) -> Path | None:
+    """A file of a run under its name, or under that of earlier versions; None: there is none.
+
+    Args:
+        folder: The folder of the run.
+        name: The present name of the file.
+    """
+    paths = (folder / each for each in (name, _FORMER.get(name, name)))
+    return next((path for path in paths if path.is_file()), None)
 
 
 def evaluation_file(
@@ -55,7 +76,7 @@ def evaluation_file(
     Args:
         config: The conditions: terrain and damage.
         n_terrains: Number of unseen terrains.
-        seed: Of noise, damage and initial weights.
+        seed: The seed of noise, damage and initial weights.
     """
     other = _other_terrains(n_terrains, EVALUATION_TERRAINS, seed)
     return f"evaluation-{config.terrain}-{config.damage}{other}.csv"
@@ -66,7 +87,7 @@ def freezing_file(n_terrains: int = FREEZING_TERRAINS, seed: int = 0) -> str:
 
     Args:
         n_terrains: Number of unseen terrains.
-        seed: Of noise, damage and initial weights.
+        seed: The seed of noise, damage and initial weights.
     """
     other = _other_terrains(n_terrains, FREEZING_TERRAINS, seed)
     return FREEZING.replace(".", f"{other}.")

@@ -31,7 +31,7 @@ def provenance_of(folder: Path) -> dict[str, str]:
     """What a run's event files say about where it comes from; nothing if they do not.
 
     Args:
-        folder: of the run.
+        folder: The folder of the run.
     """
     for part in (folder, folder / "run-0"):
         if not any(part.glob("events.out.tfevents.*")):

@@ -44,7 +44,7 @@ class Original:
     """A finished run as it should be read.
 
     Args:
-        folder: Of the run, which is changed and put right again.
+        folder: The folder of the run, which is changed and put right again.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -62,10 +62,10 @@ def try_flip(seed: int, trial: int, original: Original, counts: DamageCounts) ->
     """Change one bit of one file, and read the run.
 
     Args:
-        seed: Of all trials.
+        seed: The seed of all trials.
         trial: Number of this one; with the seed it decides which bit.
         original: The run; it is put right afterwards.
-        counts: To be added to.
+        counts: The counts so far, to which this trial is added.
     """
     draws = np.random.default_rng((seed, 2, trial))
     name = str(draws.choice(_FILES))

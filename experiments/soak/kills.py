@@ -84,11 +84,11 @@ def try_kills(
     """One chain of kills.
 
     Args:
-        seed: Of all chains.
+        seed: The seed of all chains.
         chain: Number of this one; with the seed it decides where its victims are killed.
         place: Folder for the run, which is removed again unless something is wrong with it.
         expected: The undisturbed outcome.
-        counts: To be added to.
+        counts: The counts so far, to which this trial is added.
     """
     draws = np.random.default_rng((seed, 1, chain))
     folder, witness = place / f"chain-{chain}", place / "witness"
@@ -140,7 +140,7 @@ def _be_victim(folder: Path, event: int, size: int, witness: Path) -> None:
     """Begin or go on with a run, and die when it is time.
 
     Args:
-        folder: Of the run.
+        folder: The folder of the run.
         event: Number of the event before which it dies; 0: none.
         size: Bytes that no file may have more than; 0: any number.
         witness: File to tell what it was about to do, or what it complained of.

@@ -7,11 +7,13 @@ import json
 import tempfile
 import time
 from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from experiments.io import terminal
 from experiments.io.atomic import write_atomically
+from experiments.soak.counts import EpisodeCounts
 from experiments.soak.damage import DamageCounts, Original, try_flip
 from experiments.soak.kills import KillCounts, try_kills, undisturbed
 from experiments.soak.worlds import WorldCounts, try_worlds
@@ -19,19 +21,19 @@ from experiments.soak.worlds import WorldCounts, try_worlds
 __all__ = ["soak"]
 
 _FORMAT = 1  # of the table in JSON
-_KILLS, _DAMAGE = 0.4, 0.1  # shares of the time; the worlds have the rest
+_KILLS, _EPISODES, _DAMAGE = 0.3, 0.25, 0.1  # shares of the time; the worlds have the rest
 _MOST_GROWTH = 300.0  # of the memory from the 5th trial of worlds on [MB]
 
 
 def soak(minutes: float, seed: int, file: Path | None, folder: Path | None) -> int:
-    """Try kills, damaged files and random worlds, each for its share of the time.
+    """Try kills, damaged files, episodes and random worlds, each for its share of the time.
 
     Trials follow from the seed, one by one; the time decides only how many there are.
 
     Args:
         minutes: About how long it takes; at least one trial of each kind is made.
-        seed: Of all trials.
-        file: For the counts in JSON.
+        seed: The seed of all trials.
+        file: The file for the counts in JSON; None: none is written.
         folder: Existing or new one for the runs; None: a temporary one, which is removed. Runs
             with which something is wrong stay there.
 
@@ -51,9 +53,18 @@ def soak(minutes: float, seed: int, file: Path | None, folder: Path | None) -> i
         end = time.monotonic() + 60 * minutes * _DAMAGE
         _until(end, lambda k: try_flip(seed, k, original, damage))
         _tell("damaged files", damage)
+    episodes = EpisodeCounts()
+    if find_spec("gymnasium") is None:
+        terminal.say("episodes: not tried, for gymnasium is not installed")
+    else:
+        from experiments.soak.episodes import try_episodes
+
+        end = time.monotonic() + 60 * minutes * _EPISODES
+        _until(end, lambda k: try_episodes(seed, k, episodes))
+        _tell("episodes", episodes)
     _until(began + 60 * minutes, lambda k: try_worlds(seed, k, worlds))
     _tell("worlds", worlds)
-    broken = _broken(kills, damage, worlds)
+    broken = _broken(kills, damage, episodes, worlds)
     minutes_taken = (time.monotonic() - began) / 60
     terminal.say(f"{minutes_taken:.1f} minutes, seed {seed}: " + ("; ".join(broken) or "all held"))
     if file is not None:
@@ -63,6 +74,7 @@ def soak(minutes: float, seed: int, file: Path | None, folder: Path | None) -> i
             "minutes": round(minutes_taken, 2),
             "kills": vars(kills),
             "damage": vars(damage),
+            "episodes": vars(episodes),
             "worlds": vars(worlds),
             "broken": broken,
         }
@@ -94,7 +106,9 @@ def _tell(title: str, counts: Any) -> None:
         terminal.say(f"  {field.name}: {value}")
 
 
-def _broken(kills: KillCounts, damage: DamageCounts, worlds: WorldCounts) -> list[str]:
+def _broken(
+    kills: KillCounts, damage: DamageCounts, episodes: EpisodeCounts, worlds: WorldCounts
+) -> list[str]:
     """What did not hold, in words."""
     found = {
         "evolutions ended differently after kills": kills.different,
@@ -103,9 +117,11 @@ def _broken(kills: KillCounts, damage: DamageCounts, worlds: WorldCounts) -> lis
         "files were left behind by kills": kills.leftovers,
         "damaged files were read as sound": damage.silent.total(),
         "damaged files raised other errors": damage.errors.total(),
+        "worlds with staggered episodes misbehaved": episodes.faults.total(),
         "worlds misbehaved": worlds.faults.total(),
     }
     words = [f"{count} {what}" for what, count in found.items() if count]
-    if worlds.memory and worlds.memory[-1] - worlds.memory[0] > _MOST_GROWTH:
-        words.append(f"memory grew from {worlds.memory[0]:.0f} to {worlds.memory[-1]:.0f} MB")
+    for memory in (episodes.memory, worlds.memory):
+        if memory and memory[-1] - memory[0] > _MOST_GROWTH:
+            words.append(f"memory grew from {memory[0]:.0f} to {memory[-1]:.0f} MB")
     return words

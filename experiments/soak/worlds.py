@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import resource
 from collections import Counter
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +12,7 @@ import torch
 from torch import Tensor
 
 from experiments.soak.energy import energy_per_kg
+from experiments.soak.memory import resident_memory
 from physics import Damage, Morphology, Simulator, Terrain
 
 __all__ = ["WorldCounts", "try_worlds"]
@@ -36,11 +35,11 @@ class WorldCounts:
     """What was seen of the worlds.
 
     Attributes:
-        trials: Simulators.
+        trials: The number of simulators tried.
         worlds: Robots, all in all.
-        steps: Robot-steps.
+        steps: The number of robot-steps made.
         faults: How many worlds did what none should do, by what it was.
-        largest_rise: Of a passive robot's energy over its least so far [J/kg].
+        largest_rise: The largest rise of a passive robot's energy over its least so far [J/kg].
         deepest: A voxel's centre under the ground [m].
         memory: Resident memory after the first trials and now [MB].
         examples: The first trials with a fault, to repeat them.
@@ -60,9 +59,9 @@ def try_worlds(seed: int, trial: int, counts: WorldCounts) -> None:
     """One trial: a batch of random robots that do nothing, and then move at random.
 
     Args:
-        seed: Of all trials.
+        seed: The seed of all trials.
         trial: Number of this one; with the seed it decides everything.
-        counts: To be added to.
+        counts: The counts so far, to which this trial is added.
     """
     draws = np.random.default_rng((seed, trial))
     shape = _shape(draws)
@@ -92,7 +91,7 @@ def try_worlds(seed: int, trial: int, counts: WorldCounts) -> None:
         words = f"seed {seed}, trial {trial}: {dict(faults)} {shape.cells} {names} {damage}"
         counts.examples.append(words)
     if counts.trials in (5, 50) or counts.trials % 100 == 0:
-        counts.memory.append(_memory())
+        counts.memory.append(resident_memory())
 
 
 def _shape(draws: np.random.Generator) -> Morphology:
@@ -179,12 +178,3 @@ def _present(sim: Simulator, terrains: list[Terrain]) -> Tensor:
     ends = torch.tensor([(t.xs[0], t.xs[-1]) for t in terrains], dtype=x.dtype, device="cpu")
     inside = (x > ends[:, :1] + 3) & (x < ends[:, 1:] - 3)
     return ~sim.failed() & inside.all(1)
-
-
-def _memory() -> float:
-    """Resident memory of this process [MB]."""
-    try:
-        pages = int(Path("/proc/self/statm").read_text().split()[1])
-    except OSError:  # no Linux: the greatest so far
-        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
-    return pages * resource.getpagesize() / 1e6

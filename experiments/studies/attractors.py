@@ -22,7 +22,7 @@ STUDY = Study(
             axes={**HIGH_BODIES, "average": (1, 10), "every": (1, 4)},
         ),
     ),
-    analyses=("frozen", "paired_speeds", "inner_life", "random_genomes"),
+    analyses=("frozen", "paired_speeds", "recorded", "random_genomes", "settled"),
     figures=("attractors", "takeoff"),
 )
 

@@ -56,7 +56,7 @@ def find_studies(names: Iterable[str], grid: Path | None = None) -> list[Study]:
     """Studies by name, each once, in the order of their first mention.
 
     Args:
-        names: of studies, or of groups of them.
+        names: The names of studies, or of groups of them.
         grid: file of one more, see `experiments.campaign.study.read_study`.
 
     Raises:

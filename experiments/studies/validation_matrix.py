@@ -9,7 +9,7 @@ __all__ = ["STUDY"]
 
 STUDY = Study(
     name="validation_matrix",
-    question="How far do the champions carry: other grounds, damage, other seeds?",
+    question="How far do the champions carry: other terrains, damage, other seeds?",
     grids=(Grid(axes={**ALL_BODIES, "controller": ("hebbian", "mlp")}),),
     analyses=("matrix",),
     figures=("validation_matrix",),

@@ -11,7 +11,7 @@ STUDY = Study(
     name="weight_dynamics",
     question="What do plasticity and normalisation make of weights and activations?",
     grids=(Grid(axes={**HIGH_BODIES, "normalize": (None, "l2", "minmax")}),),
-    analyses=("inner_life", "random_genomes"),
+    analyses=("recorded", "random_genomes"),
     figures=("weight_distributions", "activations"),
 )
 

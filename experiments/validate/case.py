@@ -32,7 +32,7 @@ class Tolerance:
 
     Attributes:
         kind: "at most" or "at least" a value, or "within" it of the reference's figure.
-        value: in the unit of the figure.
+        value: The bound, in the unit of the figure.
     """
 
     kind: Literal["at most", "at least", "within"]
@@ -57,7 +57,7 @@ class Check:
         measure: what was measured, with its unit.
         reference: what it is for the recorded run; 0 for an error, 1 for a correlation.
         ours: what it is for our replay.
-        tolerance: of ours.
+        tolerance: How far ours may be from it.
         itself: the same figure of the reference against itself with the start shifted by
             1e-6 m, where that was recorded: no simulator can be asked for more.
     """
@@ -98,9 +98,9 @@ class SelfAgreement:
     Attributes:
         case: shape, terrain and number type.
         mean: mean speed of the plain runs [m/s].
-        shifted: of the reference from a start shifted by 1e-6 m.
-        no_detection: of the reference without continuous collision detection.
-        ours: of one run of ours per gait.
+        shifted: The agreement of the reference with itself from a start shifted by 1e-6 m.
+        no_detection: The same of the reference without continuous collision detection.
+        ours: The agreement of one run of ours per gait.
     """
 
     case: str
@@ -115,11 +115,11 @@ class Panel:
     """One pair of axes with recorded and own data.
 
     Attributes:
-        title, x_label, y_label: texts.
+        title, x_label, y_label: The texts above the panel and along its axes.
         kind: "lines": curves over x; "points": ours over recorded, with the diagonal;
             "share": the share of values up to each value.
         recorded, ours: "lines": (T, curves); else (n,).
-        x: of "lines", (T,).
+        x: The values of "lines", (T,).
     """
 
     title: str
@@ -136,8 +136,8 @@ class Picture:
     """Panels side by side, in one file.
 
     Attributes:
-        name: of the file, without its ending.
-        panels: from left to right.
+        name: The name of the file, without its ending.
+        panels: The panels from left to right.
     """
 
     name: str
@@ -150,7 +150,7 @@ class Setting:
 
     Attributes:
         engine: settings of the simulator under test.
-        seed: of the cases that draw their own motions.
+        seed: The seed of the cases that draw their own motions.
     """
 
     engine: Engine = field(default_factory=Engine)
@@ -171,8 +171,8 @@ class Case:
     """A comparison that is ready to run: its files are read and sound.
 
     Attributes:
-        name: for the progress.
-        replay: runs it.
+        name: The name that the progress shows.
+        replay: The function that runs the case.
     """
 
     name: str

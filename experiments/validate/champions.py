@@ -26,12 +26,12 @@ _MEDIAN = Tolerance("within", 2.0)
 
 @dataclass(frozen=True)
 class _Champions:
-    """Champions of one kind, each on several grounds: episodes (E,).
+    """Champions of one kind, each on several terrains: episodes (E,).
 
     Attributes:
-        name: of the case.
-        kind: of the networks.
-        morphology: the robot.
+        name: The name of the case.
+        kind: The kind of the networks.
+        morphology: The robot's shape.
         sensors: name of its apparatus.
         genomes: one per episode, (E, G).
         runs: number of each one's champion, (E,).
@@ -132,5 +132,5 @@ def _replay(champions: _Champions, setting: Setting) -> Outcome:
 
 
 def _medians(runs: np.ndarray, speeds: np.ndarray) -> np.ndarray:
-    """Of each champion over its grounds."""
+    """Of each champion over its terrains."""
     return np.array([np.median(speeds[runs == run]) for run in np.unique(runs)])

@@ -114,7 +114,7 @@ def _momenta(poses: np.ndarray, velocities: np.ndarray) -> np.ndarray:
     """Linear momentum along x and y [kg m/s] and angular momentum about the origin.
 
     Args:
-        poses: of the squares, (V, 4, 3) x, y [m], angle [rad].
+        poses: The poses of the squares, (V, 4, 3) x, y [m], angle [rad].
         velocities: (V, 4, 3) vx, vy [m/s], omega [rad/s].
     """
     x, y, _ = poses.reshape(-1, 3).T

@@ -59,7 +59,7 @@ class _Rule:
         measured: what is compared, for the table.
         modes: the recorded speeds are their mean.
         starts: our speeds are the mean of so many.
-        spearman, mae, bias: tolerances.
+        spearman, mae, bias: The tolerances of the rank correlation, mean absolute error and bias.
     """
 
     measured: str
@@ -93,11 +93,11 @@ class _Gaits:
     """The recorded gaits of a shape.
 
     Attributes:
-        morphology: the robot.
-        duration: of an episode [s].
-        frequency: [Hz], (G,).
-        amplitude, phase: (G, V).
-        terrains: for every terrain of the columns, one Terrain per gait.
+        morphology: The robot's shape.
+        duration: The duration of an episode [s].
+        frequency: The frequency of each gait [Hz], (G,).
+        amplitude, phase: Of each gait the amplitude and phase of every voxel, (G, V).
+        terrains: For every terrain that the columns name, one Terrain per gait.
         recorded: speeds [m/s] by terrain and mode, (G,).
         rules: what ours are held against.
         continuous: whether ours have continuous collision detection.

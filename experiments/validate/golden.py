@@ -64,10 +64,10 @@ class _Golden:
 
     Attributes:
         sizes: neurons per layer.
-        eta: learning rate.
-        coefficients: the genome.
+        eta: The learning rate.
+        coefficients: The coefficients of the rules, that is the genome.
         inputs, outputs: (T, in) and (T, out).
-        weights: by the number of steps before, (synapses,).
+        weights: Number of steps made -> the weights after them, (synapses,).
     """
 
     sizes: list[int]

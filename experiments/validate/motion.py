@@ -21,8 +21,8 @@ class Track:
     """A motion of one world, from its start on.
 
     Attributes:
-        poses: of the squares, (T + 1, V, 4, 3) x, y [m], angle [rad].
-        areas: of the voxels over their area at rest, (T + 1, V).
+        poses: The poses of the squares, (T + 1, V, 4, 3) x, y [m], angle [rad].
+        areas: The areas of the voxels over their area at rest, (T + 1, V).
     """
 
     poses: np.ndarray
@@ -38,7 +38,7 @@ def follow(sim: Simulator, actuations: np.ndarray) -> Track:
     """Moves the one world of ``sim`` from where it is.
 
     Args:
-        sim: one world.
+        sim: A simulator of one world.
         actuations: (T, V); row k acts in step k + 1.
     """
     poses, areas = [sim.mass_poses()], [sim.area_ratios()]
@@ -60,8 +60,8 @@ def speeds(sim: Simulator, actuations: Tensor) -> np.ndarray:
         actuations: (T, N, V); a first step with zero actuation comes before row 0.
     """
     sim.step(torch.zeros(sim.n_worlds, sim.n_voxels))
-    start, birth = sim.center_of_mass()[:, 0].double(), sim.time
+    start, began = sim.center_of_mass()[:, 0].double(), sim.time
     for chunk in actuations.split(_CHUNK):
         sim.run(chunk)
-    speed = (sim.center_of_mass()[:, 0].double() - start) / (sim.time - birth)
+    speed = (sim.center_of_mass()[:, 0].double() - start) / (sim.time - began)
     return torch.where(sim.failed(), torch.nan, speed).numpy()

@@ -29,8 +29,8 @@ class RecordedHebbian(hebbtorch.HebbianMLP):
             "presynaptic", of each neuron.
         sizes: neurons per layer.
         sharing: "full" or "presynaptic".
-        eta: learning rate.
-        dtype: to compute in.
+        eta: The learning rate.
+        dtype: The data type to compute in.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class RecordedStatic(hebbtorch.StaticMLP):
     Args:
         genomes: (N, genes); neuron by neuron, the bias first.
         sizes: inputs, hidden neurons, outputs.
-        dtype: to compute in.
+        dtype: The data type to compute in.
     """
 
     def __init__(

@@ -37,11 +37,11 @@ class _Generation:
     """The recorded episodes of random genomes.
 
     Attributes:
-        name: of the table.
-        kind: of the networks, "hlp" or "mlp".
-        morphology, apparatus: the robot.
-        duration: of an episode [s].
-        genomes: (N, genes).
+        name: The name of the table.
+        kind: The kind of the networks, "hlp" or "mlp".
+        morphology, apparatus: The robot's shape and sensors.
+        duration: The duration of an episode [s].
+        genomes: The genomes of the N networks, (N, genes).
         terrains: one per genome.
         speeds: recorded [m/s], (N,).
     """

@@ -188,7 +188,7 @@ class Recordings:
         """A terrain that a file named: as it was recorded, else from the catalogue.
 
         Args:
-            name: of the terrain.
+            name: The name of the terrain.
             where: file and column that named it, for the message.
         """
         if name in self.profiles:

@@ -32,8 +32,8 @@ class _Gaits:
     """Gaits of one shape on one kind of ground.
 
     Attributes:
-        name: of the case.
-        morphology: the robot.
+        name: The name of the case.
+        morphology: The robot's shape.
         frequency, amplitude, phase: (G,) [Hz], (G, V), (G, V).
         terrains: one per gait.
         recorded: speeds [m/s] of the plain run, then of disturbed starts, (R, G).
@@ -73,20 +73,20 @@ def _gaits(
     morphology = recordings.robot(shape, params.path.name.split(".")[0])
     rows = slice(len(terrains))
     voxels = range(morphology.n_voxels)
-    grounds = {name: recordings.terrain(name, params.path.name) for name in set(terrains)}
+    by_name = {name: recordings.terrain(name, params.path.name) for name in set(terrains)}
     return _Gaits(
         f"gaits {shape} {label}",
         morphology,
         params.numbers("f")[rows],
         params.numbers([f"amp{v}" for v in voxels])[rows],
         params.numbers([f"phase{v}" for v in voxels])[rows],
-        [grounds[name] for name in terrains],
+        [by_name[name] for name in terrains],
         np.stack(recorded),
     )
 
 
 def _slopes(recordings: Recordings) -> list[_Gaits]:
-    """All gaits of a shape on each of the grounds that the columns name."""
+    """All gaits of a shape on each of the terrains that the columns name."""
     found = []
     for match in recordings.names("random_gaits_params_(.+)"):
         table = recordings.table(f"random_gaits_clean_{match[1]}")
@@ -118,17 +118,17 @@ def _steps(recordings: Recordings) -> list[_Gaits]:
     )
     for match in recordings.names("steep_gaits_params_(.+)"):
         runs: dict[str, dict[int, float]] = {}
-        grounds: dict[int, str] = {}
+        of_gait: dict[int, str] = {}
         for shape, i, terrain, mode, speed in rows:
             if shape == match[1] and mode.startswith(_PLAIN):
                 runs.setdefault(mode, {})[i] = speed
-                grounds[i] = terrain
+                of_gait[i] = terrain
         params = recordings.table(match[0])
-        order = [i for i in params.numbers("i").astype(int).tolist() if i in grounds]
+        order = [i for i in params.numbers("i").astype(int).tolist() if i in of_gait]
         kept = params.at("i", order)
         modes = sorted(runs)  # the plain one is the shortest name, so the first
         recorded = [np.array([runs[mode][i] for i in order]) for mode in modes]
-        names = [grounds[i] for i in order]
+        names = [of_gait[i] for i in order]
         found.append(_gaits(recordings, match[1], kept, names, recorded, "steps"))
     return found
 
@@ -177,11 +177,11 @@ def _passive(recordings: Recordings, setting: Setting) -> Outcome:
     greatest = np.zeros(2)
     for shape in sorted(set(shapes)):
         names = sorted({t for s, t in zip(shapes, terrains, strict=True) if s == shape})
-        grounds = [recordings.terrain(name, table.path.name) for name in names]
-        sim = Simulator(shape, grounds, len(grounds), engine=setting.engine)
+        replayed = [recordings.terrain(name, table.path.name) for name in names]
+        sim = Simulator(shape, replayed, len(replayed), engine=setting.engine)
         start, energy = sim.center_of_mass()[:, 1], _energy(sim)
         for _ in range(_PASSIVE_STEPS):
-            sim.step(torch.zeros(len(grounds), sim.n_voxels))
+            sim.step(torch.zeros(len(replayed), sim.n_voxels))
             rise = (sim.center_of_mass()[:, 1] - start).max()
             greatest = np.maximum(greatest, [float(rise), float((_energy(sim) - energy).max())])
     case = "passive robots on steps"

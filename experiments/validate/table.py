@@ -16,6 +16,7 @@ from experiments.validate.case import Check, SelfAgreement, Skip
 
 __all__ = ["show_rows", "show_self_agreements", "verdict", "write_json"]
 
+_FORMAT = 1  # of the table in JSON
 _COLOURS = {"pass": "green", "FAIL": "bold red", "skipped": "yellow"}
 
 
@@ -83,6 +84,7 @@ def write_json(
 ) -> None:
     """Writes everything for a machine to read. What is not a finite number becomes null."""
     content = {
+        "format": _FORMAT,
         "reference": str(folder),
         "seed": seed,
         "passed": all(isinstance(row, Skip) or row.passes for row in rows),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
@@ -21,6 +22,7 @@ from experiments.validate import (
     steps,
     table,
     terrains,
+    trajectories,
 )
 from experiments.validate.case import Case, Outcome, Setting, Skip
 from experiments.validate.recordings import Recordings
@@ -39,6 +41,7 @@ def validate(
     *,
     seed: int = 0,
     engine: Engine | None = None,
+    trajectories_of: Sequence[Path] = (),
 ) -> int:
     """Compares the simulator and the controllers with recorded runs and prints a table.
 
@@ -46,8 +49,9 @@ def validate(
         reference: folder of recorded runs; default: the package's own copy.
         json: file for the table in JSON.
         out: folder for pictures of recorded runs and ours.
-        seed: of the motions in the cases that need no recorded run.
+        seed: The seed of the motions in the cases that need no recorded run.
         engine: the simulator's settings; others than the default are a wrong model.
+        trajectories_of: files with recorded trajectories, which are then replayed instead.
 
     Returns:
         0 if every case passes, else 1. A case whose files are missing is skipped.
@@ -60,7 +64,10 @@ def validate(
     if not console.is_terminal:
         console = Console(highlight=False, width=_PLAIN_WIDTH)
     folder = OWN_COPY if reference is None else reference
-    found = _collect(Recordings(folder))
+    if trajectories_of:
+        found = trajectories.cases(trajectories_of)
+    else:
+        found = _collect(Recordings(folder))
     make_room(json, out)
     outcomes: list[Outcome | Skip] = []
     setting = Setting(engine or Engine(), seed)

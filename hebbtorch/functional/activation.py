@@ -36,7 +36,7 @@ def activation_named(activation: str | Activation, name: str = "activation") -> 
 
     Args:
         activation: one of `ACTIVATIONS`, or a callable from a tensor to one of the same shape.
-        name: of the argument, for the error's message.
+        name: The name of the argument, for the error's message.
 
     Raises:
         ValueError: the name is unknown.

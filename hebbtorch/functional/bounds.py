@@ -15,6 +15,9 @@ def l2_normalize(weights: Tensor) -> Tensor:
 
     A row of zeros (or one whose squares underflow to zero) stays as it is, with finite gradients.
 
+    >>> l2_normalize(torch.tensor([[3.0, 4.0], [0.0, 0.0]])).tolist()
+    [[0.6000000238418579, 0.800000011920929], [0.0, 0.0]]
+
     Args:
         weights: (*P, out, in).
 
@@ -32,6 +35,9 @@ def minmax_rescale(weights: Tensor) -> Tensor:
 
     This is what the paper's own code does where its text says `l2_normalize`. A row of equal
     weights stays as it is.
+
+    >>> minmax_rescale(torch.tensor([[3.0, 4.0, 5.0], [7.0, 7.0, 7.0]])).tolist()
+    [[-1.0, 0.0, 1.0], [7.0, 7.0, 7.0]]
 
     Args:
         weights: (*P, out, in).

@@ -41,7 +41,7 @@ class Rule(NamedTuple):
         A: weighs the product of pre- and post-synaptic activation.
         B: weighs the pre-synaptic activation.
         C: weighs the post-synaptic activation.
-        D: constant drift.
+        D: The constant drift.
     """
 
     A: Tensor

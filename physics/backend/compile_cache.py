@@ -52,7 +52,7 @@ def some_home(folder: Path | None = None) -> Iterator[None]:
     """Lets Taichi find a HOME, and the folder of the cache, while it looks for them.
 
     Args:
-        folder: of the cache.
+        folder: The folder of the cache.
     """
     changed = {} if os.environ.get("HOME") else {"HOME": tempfile.gettempdir()}
     if folder is not None:

@@ -22,24 +22,32 @@ class Group:
     part of the instruction that loads or stores.
 
     Attributes:
-        number: of the group.
+        array: The array of the kernel, with all groups.
+        number: The number of the group.
         items: how many it has.
         at: ``at[item]`` is the `Block` of the items from this one on.
+        lists: the integers of the group, if it has any: another `Group`.
     """
 
     _data_oriented = True  # lets Taichi pass it on as it is
 
     def __init__(
-        self, array: Any, number: Any, items: Any, address: Callable[[Any], tuple[Any, ...]]
+        self,
+        array: Any,
+        number: Any,
+        items: Any,
+        address: Callable[[Any], tuple[Any, ...]],
+        lists: Group | None = None,
     ) -> None:
-        self._array = array
+        self.array = array
         self._address = address
         self.number = number
         self.items = items
+        self.lists = lists
         self.at = _Blocks(array, address)
 
     def __getitem__(self, item: Any) -> Any:
-        return impl.subscript(None, self._array, *self._address(item))
+        return impl.subscript(None, self.array, *self._address(item))
 
 
 class _Blocks:

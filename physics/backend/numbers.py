@@ -72,33 +72,34 @@ class Real:
         """Iterations of a parallel loop for each chunk of groups, see GRAIN."""
         return 1 if self.on_gpu else GRAIN
 
-    def group(self, array: Any, number: Any, items: Any) -> Group:
+    def group(self, array: Any, number: Any, items: Any, lists: Group | None = None) -> Group:
         """In a kernel: the items of a group.
 
         Args:
             array: an argument of the kernel that was declared as `array`.
-            number: of the group.
+            number: The number of the group.
             items: how many each group has.
+            lists: the integers of the group, if it has any; see `lists`.
         """
         if self.lanes == 1:
-            return Group(array, number, items, lambda item: (item, number))
+            return Group(array, number, items, lambda item: (item, number), lists)
         start = variable(number * (items * (self.places // self.lanes)))
         mask = 2**31 // self.lanes - 1
-        return Group(array, number, items, lambda item: ((start + item) & mask,))
+        return Group(array, number, items, lambda item: ((start + item) & mask,), lists)
 
-    def items(self, array: Any, other: Any, items: Any) -> Any:
-        """In a kernel: how many items a group has in an array, from those it has in another."""
+    def items(self, array: Any, group: Group) -> Any:
+        """In a kernel: how many items a group has in an array, from those of a `group`."""
         if self.lanes == 1:
             return array.shape[0]
         parts = self.places // self.lanes
-        return variable(array.shape[0] // (other.shape[0] // (items * parts)) // parts)
+        return variable(array.shape[0] // (group.array.shape[0] // (group.items * parts)) // parts)
 
     def lists(self, array: Any, number: Any) -> Group:
         """In a kernel: the integers of a group.
 
         Args:
             array: an argument that was declared as `integers(2)`, a tensor of `packed`.
-            number: of the group.
+            number: The number of the group.
         """
         order = (lambda item: (item, number)) if self.places == 1 else (lambda item: (number, item))
         return Group(array, number, array.shape[0 if self.places == 1 else 1], order)

@@ -22,7 +22,7 @@ class Process:
         device: "cpu" or "cuda", once it is started.
         program: Taichi's, while it runs; None again after a fork, until the next launch.
         epoch: how often it was started; a compiled kernel belongs to one epoch.
-        pid: of the process that started it.
+        pid: The id of the process that started it.
         lock: held while it starts, and from before to after a fork.
         compiler: starts and compiles.
     """

@@ -1,7 +1,7 @@
 """From a controller's command to the actuation in force: clipping and damage."""
 
 from physics.backend import ti
-from physics.engine import noise
+from physics.engine import noise, step_counter
 from physics.engine.lane_math import any_lane, limited
 from physics.engine.memory import layout as lay
 from physics.engine.memory.model import F_LOWPASS
@@ -12,8 +12,9 @@ REST, FROZEN, RANDOM, BLIND = range(4)  # damage.MODES
 @ti.func
 def broken(S: ti.template(), m: ti.template(), voxel: ti.template(), T: ti.template()):
     """The lanes in which a voxel is broken by now."""
-    step = S[m.header + lay.H_STEP]
-    return (step >= voxel[lay.BREAKS]) & (step < voxel[lay.MENDS])
+    breaks = step_counter.steps_until(S, m, lay.H_BREAKS_HIGH, voxel[lay.BREAKS], T)
+    mends = step_counter.steps_until(S, m, lay.H_MENDS_HIGH, voxel[lay.MENDS], T)
+    return (breaks <= T.f(0.0)) & (mends > T.f(0.0))
 
 
 @ti.func
@@ -30,15 +31,15 @@ def receive(S: ti.template(), m: ti.template(), number, value, T: ti.template())
 
 
 @ti.func
-def obey(S: ti.template(), m: ti.template(), mf: ti.template(), number, T: ti.template()):
+def obey(S: ti.template(), m: ti.template(), number, T: ti.template()):
     """Sets the actuation of a voxel for the next step as it was told, unless damage keeps it from
     obeying."""
     voxel = S.at[number * lay.VOXEL_ITEMS]
     one = T.vec(1.0)
     clipped = limited(voxel[lay.COMMAND], one, T)
-    if mf[F_LOWPASS] < T.f(1.0):
+    if m.numbers[F_LOWPASS] < T.f(1.0):
         now = voxel[lay.ACTUATION]
-        clipped = now + mf[F_LOWPASS] * (clipped - now)
+        clipped = now + m.numbers[F_LOWPASS] * (clipped - now)
     if ti.static(T.features.varied):
         clipped = clipped * voxel[lay.ACTUATED]
     fails = broken(S, m, voxel, T)
@@ -56,7 +57,7 @@ def obey(S: ti.template(), m: ti.template(), mf: ti.template(), number, T: ti.te
 
 
 @ti.func
-def actuate(S: ti.template(), m: ti.template(), mf: ti.template(), T: ti.template()):
+def actuate(S: ti.template(), m: ti.template(), T: ti.template()):
     """Sets the actuation of all voxels for the next step."""
     for v in range(m.voxels):
-        obey(S, m, mf, v, T)
+        obey(S, m, v, T)

@@ -8,10 +8,10 @@ from physics.scene import material
 
 
 @ti.func
-def integrate_velocities(S: ti.template(), m: ti.template(), mf: ti.template(), T: ti.template()):
+def integrate_velocities(S: ti.template(), m: ti.template(), T: ti.template()):
     """v += g dt, then v and omega are damped."""
-    fall = gravity(S, m, mf, T) * T.f(material.DT)
-    keep = T.f(1.0) - mf[F_DAMPING] * T.f(material.DT)
+    fall = gravity(S, m, T) * T.f(material.DT)
+    keep = T.f(1.0) - m.numbers[F_DAMPING] * T.f(material.DT)
     for v in range(m.voxels):
         for k in range(4):
             body = S.at[v * lay.VOXEL_ITEMS + k * lay.BODY_ITEMS]
@@ -21,11 +21,11 @@ def integrate_velocities(S: ti.template(), m: ti.template(), mf: ti.template(), 
 
 
 @ti.func
-def gravity(S: ti.template(), m: ti.template(), mf: ti.template(), T: ti.template()):
+def gravity(S: ti.template(), m: ti.template(), T: ti.template()):
     """Downward acceleration [m/s^2], of every world or of all."""
     if ti.static(T.features.varied):
         return S[m.header + lay.H_GRAVITY]
-    return mf[F_GRAVITY]
+    return m.numbers[F_GRAVITY]
 
 
 @ti.func

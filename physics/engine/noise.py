@@ -8,6 +8,7 @@ precision of the simulation, so that the two see the same noise.
 import math
 
 from physics.backend import ti
+from physics.engine import step_counter
 from physics.engine.memory import layout as lay
 
 _LOG_2 = math.log(2)
@@ -21,8 +22,7 @@ def key(S: ti.template(), m: ti.template(), lane):
     """The key of this step of one world: seed and step mixed (uint32)."""
     low = ti.cast(S[m.header + lay.H_SEED_LOW][lane], ti.u32)
     high = ti.cast(S[m.header + lay.H_SEED_HIGH][lane], ti.u32)
-    step = ti.cast(S[m.header + lay.H_STEP][lane], ti.u32)
-    return mix(mix(low | (high << ti.u32(16))) + step)
+    return mix(mix(low | (high << ti.u32(16))) + step_counter.steps(S, m, lane))
 
 
 @ti.func
@@ -87,7 +87,7 @@ def _uniforms(bits, T: ti.template()):
 
 
 @ti.func
-def add_to_readings(S: ti.template(), m: ti.template(), mf: ti.template(), T: ti.template()):
+def add_to_readings(S: ti.template(), m: ti.template(), T: ti.template()):
     """Adds normal noise to every reading, each of its own standard deviation; no clipping."""
     step_keys = T.words([key(S, m, lane) for lane in range(T.lanes)])
     for pair in range((m.readings + 1) // 2):
@@ -95,9 +95,11 @@ def add_to_readings(S: ti.template(), m: ti.template(), mf: ti.template(), T: ti
             bits(step_keys, FIRST_NORMAL, pair), bits(step_keys, SECOND_NORMAL, pair), T
         )
         readings = S.at[m.reading_block + 2 * pair]
-        readings[0] = readings[0] + mf[m.noise_table + 2 * pair] * _widened(first, T)
+        readings[0] = readings[0] + m.numbers[m.noise_table + 2 * pair] * _widened(first, T)
         if 2 * pair + 1 < m.readings:
-            readings[1] = readings[1] + mf[m.noise_table + 2 * pair + 1] * _widened(second, T)
+            readings[1] = readings[1] + m.numbers[m.noise_table + 2 * pair + 1] * _widened(
+                second, T
+            )
 
 
 @ti.func

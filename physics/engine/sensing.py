@@ -1,7 +1,7 @@
 """Sensors: readings in [0, 1] from the state of a group of worlds (MODEL.md, section 6)."""
 
 from physics.backend import ti
-from physics.engine import noise
+from physics.engine import noise, step_counter
 from physics.engine.actuation import BLIND, broken
 from physics.engine.lane_math import magnitude, tanh
 from physics.engine.memory import layout as lay
@@ -28,9 +28,7 @@ _SPEED_GAIN = 0.25  # a speed reads 0.5 + 0.5 tanh(speed / 4)
 
 
 @ti.func
-def sense(
-    S: ti.template(), m: ti.template(), mi: ti.template(), mf: ti.template(), T: ti.template()
-):
+def sense(S: ti.template(), m: ti.template(), T: ti.template()):
     """Fills the readings from the state after a step; before the first step windows are empty.
 
     One loop over readings in which each piece of code stands once: kernels compile in a time
@@ -39,8 +37,8 @@ def sense(
     interval = -1  # whose window the header describes
     for r in range(m.readings):
         row = m.reading_table + READING_ROW * r
-        kind = mi[row + RE_KIND]
-        voxel = S.at[mi[row + RE_VOXEL]]
+        kind = m.integers[row + RE_KIND]
+        voxel = S.at[m.integers[row + RE_VOXEL]]
         value = T.vec(0.0)
         if kind == AREA:
             value = T.f(_AREA_GAIN) * (area_ratio(voxel, T) - T.f(1.0))
@@ -49,22 +47,22 @@ def sense(
         else:
             c, s = frame(voxel, T)
             if kind == RAY:
-                value = _cast_ray(S, m, mf, voxel, mi[row + RE_RAY], c, s, T)
+                value = _cast_ray(S, m, voxel, m.integers[row + RE_RAY], c, s, T)
             else:
                 value = _own_velocity(voxel, c, s, kind == VELOCITY_X, T)
-        if mi[row + RE_SLOTS] > 0:
-            if mi[row + RE_INTERVAL] != interval:
-                interval = mi[row + RE_INTERVAL]
-                _find_window(S, m, mi, row, T)
-            value = _average(S, m, mi, row, value, T)
+        if m.integers[row + RE_SLOTS] > 0:
+            if m.integers[row + RE_INTERVAL] != interval:
+                interval = m.integers[row + RE_INTERVAL]
+                _find_window(S, m, row, T)
+            value = _average(S, m, row, value, T)
         if kind != TOUCH and kind != RAY:
             value = T.f(0.5) + T.f(0.5) * tanh(value, T)
         S[m.reading_block + r] = value
-    if mf[F_NOISE] > T.f(0.0):
-        noise.add_to_readings(S, m, mf, T)
+    if m.numbers[m.own_numbers + F_NOISE] > T.f(0.0):
+        noise.add_to_readings(S, m, T)
     if m.damage_mode == BLIND:
         for r in range(m.readings):
-            voxel = S.at[mi[m.reading_table + READING_ROW * r + RE_VOXEL]]
+            voxel = S.at[m.integers[m.reading_table + READING_ROW * r + RE_VOXEL]]
             reading = S.at[m.reading_block + r]
             reading[0] = ti.select(broken(S, m, voxel, T), T.vec(0.0), reading[0])
 
@@ -82,8 +80,7 @@ def area_ratio(voxel: ti.template(), T: ti.template()):
         c, s = voxel[o + lay.COS], voxel[o + lay.SIN]
         x[k] = (voxel[o + lay.X] - voxel[lay.X]) + (c * ax - s * ay)
         y[k] = (voxel[o + lay.Y] - voxel[lay.Y]) + (s * ax + c * ay)
-    # Half the cross product of the diagonals.
-    cross = (x[2] - x[0]) * (y[3] - y[1]) - (x[3] - x[1]) * (y[2] - y[0])
+    cross, _ = ti.static((material.crossed_diagonals(x, y), 0))
     return magnitude(cross, T) * T.f(0.5 / material.VOXEL_SIDE**2)
 
 
@@ -128,26 +125,37 @@ def _own_velocity(voxel: ti.template(), c, s, along_x, T: ti.template()):
 
 
 @ti.func
-def _find_window(S: ti.template(), m: ti.template(), mi: ti.template(), row, T: ti.template()):
+def _find_window(S: ti.template(), m: ti.template(), row, T: ti.template()):
     """Where the window over a reading's interval stands after this step, lane by lane.
 
     Each lane has its own step count k: the sample goes to slot k mod slots, and the window
-    holds the last ``interval_table[k]`` samples.
+    holds as many samples as the table says: that of the first steps, and beyond them that of the
+    steps from which windows have another length.
     """
-    slots = mi[row + RE_SLOTS]
-    table = m.interval_table + mi[row + RE_INTERVAL] * m.interval_steps
+    slots = ti.cast(m.integers[row + RE_SLOTS], ti.u32)
+    table = m.interval_table + m.integers[row + RE_INTERVAL] * m.interval_row
     for lane in range(T.lanes):
-        k = ti.cast(S[m.header + lay.H_STEP][lane], ti.i32)
+        k = step_counter.steps(S, m, lane)
+        length = 0
+        if k > ti.u32(0):
+            entry = table + ti.cast(k, ti.i32) - 1
+            if k > ti.cast(m.interval_steps, ti.u32):
+                entry = table + m.interval_steps
+                end = table + m.interval_row - 2
+                while entry < end and k >= ti.cast(m.integers[entry + 2], ti.u32):
+                    entry += 2
+                entry += 1
+            length = m.integers[entry]
         S[m.header + lay.H_PLACE][lane] = ti.cast(k % slots, T.f)
-        S[m.header + lay.H_LENGTH][lane] = ti.cast(mi[table + k - 1], T.f) if k > 0 else T.f(0.0)
+        S[m.header + lay.H_LENGTH][lane] = ti.cast(length, T.f)
 
 
 @ti.func
-def _average(S: ti.template(), m: ti.template(), mi: ti.template(), row, value, T: ti.template()):
+def _average(S: ti.template(), m: ti.template(), row, value, T: ti.template()):
     """Puts a sample into a reading's ring and averages its window; before the first step the
     value is 0."""
-    slots = mi[row + RE_SLOTS]
-    ring = m.rings + mi[row + RE_RING]
+    slots = m.integers[row + RE_SLOTS]
+    ring = m.rings + m.integers[row + RE_RING]
     place = S[m.header + lay.H_PLACE]
     length = S[m.header + lay.H_LENGTH]
     total = T.vec(0.0)
@@ -167,7 +175,6 @@ def _average(S: ti.template(), m: ti.template(), mi: ti.template(), row, value, 
 def _cast_ray(
     S: ti.template(),
     m: ti.template(),
-    mf: ti.template(),
     voxel: ti.template(),
     ray,
     c,
@@ -183,8 +190,8 @@ def _cast_ray(
     x = x * T.f(0.25)
     y = y * T.f(0.25)
     zero = T.vec(0.0)
-    numbers = F_RAYS + F_RAY_ROW * ray
-    cr, sr, far = mf[numbers], mf[numbers + 1], mf[numbers + 2]
+    numbers = m.own_numbers + F_RAYS + F_RAY_ROW * ray
+    cr, sr, far = m.numbers[numbers], m.numbers[numbers + 1], m.numbers[numbers + 2]
     ux = c * cr - s * sr
     uy = s * cr + c * sr
     nearest = T.vec(far)

@@ -27,7 +27,7 @@ class VoxelEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         """Makes the world.
 
         Args:
-            shape: of the robot.
+            shape: The shape of the robot.
             settings: as of `VoxelVectorEnv`.
 
         Raises:

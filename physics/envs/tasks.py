@@ -72,7 +72,9 @@ class Jumping(Task):
 
     def look(self, sim: Simulator) -> Tensor:
         """Height of the lowest square [m], (N,)."""
-        return sim.mass_poses()[..., 1].flatten(1).amin(1)
+        heights = sim.mass_poses()[..., 1]
+        missing = ~sim.voxels_present()[..., None]
+        return heights.masked_fill(missing, torch.inf).flatten(1).amin(1)
 
     def reward(self, before: Tensor, after: Tensor, seconds: float) -> Tensor:
         """Height above the place at rest [m], (N,), not negative."""

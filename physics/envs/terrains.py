@@ -56,7 +56,7 @@ class Terrains:
         """The terrains of some worlds.
 
         Args:
-            seeds: of the worlds, (k,) uint64.
+            seeds: The seeds of the worlds, (k,) uint64.
             episodes: the number of each one's episode, (k,) uint64.
 
         Returns:

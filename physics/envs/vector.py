@@ -39,7 +39,7 @@ class VoxelVectorEnv(VectorEnv):
         sim: the simulator, to look at or to ask more of.
         task: what is rewarded.
         episode_steps: control steps of an episode.
-        device: on which tensors live.
+        device: The device of all tensors.
     """
 
     single_observation_space: Box
@@ -63,12 +63,15 @@ class VoxelVectorEnv(VectorEnv):
         """Makes the worlds.
 
         Args:
-            shape: of the robot: a name, a 2-D 0/1 array or a Morphology.
+            shape: The shape of the robot: a name, a 2-D 0/1 array or a Morphology; or a list of N,
+                one for each world. All worlds then have the spaces of the largest robot: readings
+                that another lacks are 0, and actions for voxels that it lacks do nothing.
             terrain: a Terrain, its full name, or a name that leaves the seed open ("hilly-3-30") or
                 a function from a seed to a Terrain, which give every episode a terrain of its
                 own; None: the task's.
-            num_envs: N.
-            sensors: "low", "medium", "high" or an Apparatus; at least one reading.
+            num_envs: The number of environments, N.
+            sensors: "low", "medium", "high" or an Apparatus, for a list of shapes also a list of N;
+                at least one reading.
             episode: length of an episode [s].
             task: "locomotion", "jumping", "climbing", or a Task.
             noise: standard deviation of the readings' noise, in units of each sensor's range.

@@ -52,10 +52,10 @@ class Text:
     """Words on a picture.
 
     Attributes:
-        position: of the anchor [pixels].
-        words: one line.
+        position: The position of the anchor [pixels].
+        words: The words, in one line.
         size: height of the font [pixels].
-        color: of the letters.
+        color: The colour of the letters.
         anchor: as in Pillow: l, m or r, then t, m or b.
         backed: whether a pale box behind them keeps them readable on anything.
     """

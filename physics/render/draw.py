@@ -42,7 +42,7 @@ class Picture:
 
     Attributes:
         size: width and height [pixels].
-        background: its colour.
+        background: The colour of the background.
         paint: draws it on a canvas of this size.
     """
 
@@ -80,13 +80,13 @@ def draw_frame(
     """Draw one instant.
 
     Args:
-        frame: the robot.
+        frame: The robot at the instant to draw.
         terrain: the ground, or None.
         camera: the window to draw; default: one centred on the robot.
         width: width of the picture [pixels], if no camera is given.
         caption: lines under the time.
         legend: whether to explain the colours.
-        scale: of the colours.
+        scale: The scale of the colours.
     """
     view = camera or follow([frame], terrain, width)[0]
 

@@ -10,7 +10,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from physics.render.canvas import Camera
 from physics.render.palette import area_level
-from physics.scene.material import CORNER_SIGNS, SQUARE_HALF, VOXEL_SIDE
+from physics.scene.material import CORNER_SIGNS, SQUARE_HALF, VOXEL_SIDE, crossed_diagonals
 from physics.scene.terrain import Terrain
 
 _GROUND_DEPTH = 0.25  # share of a picture's height that lies under the robot's ground
@@ -34,13 +34,6 @@ def square_corners(poses: np.ndarray) -> np.ndarray:
 def voxel_outlines(poses: np.ndarray) -> np.ndarray:
     """Outer corners (V, 4, 2) [m], NW NE SE SW, of voxels with square poses (V, 4, 3)."""
     return np.diagonal(square_corners(poses), axis1=1, axis2=2).transpose(0, 2, 1)
-
-
-def polygon_areas(polygons: np.ndarray) -> np.ndarray:
-    """Areas (...) [m^2] of polygons (..., K, 2) [m] with corners in clockwise order."""
-    x, y = polygons[..., 0], polygons[..., 1]
-    following_x, following_y = np.roll(x, -1, axis=-1), np.roll(y, -1, axis=-1)
-    return 0.5 * (following_x * y - x * following_y).sum(axis=-1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +85,8 @@ class Frame:
         """(V,) what voxels are coloured by, from -1 (contracted) to +1 (expanded)."""
         if self.actuation is not None:
             return -self.actuation
-        return area_level(polygon_areas(self.outlines) / VOXEL_SIDE**2)
+        areas = np.abs(crossed_diagonals(*self.outlines.T)) / 2
+        return area_level(areas / VOXEL_SIDE**2)
 
     @property
     def n_broken(self) -> int:

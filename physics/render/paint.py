@@ -53,10 +53,10 @@ def robot(
     """Paint the voxels by their level, with their squares; broken ones are hatched.
 
     Args:
-        canvas: to paint on.
-        camera: the window.
-        frame: the robot.
-        scale: of the colours.
+        canvas: The canvas to paint on.
+        camera: The window of the world that is seen.
+        frame: The robot at the instant to draw.
+        scale: The scale of the colours.
         fade: share of the sky's colour in all colours, for an earlier instant.
     """
 

@@ -37,9 +37,9 @@ class Scale:
     """Colours of voxels by their level.
 
     Attributes:
-        contracted: at level -1.
-        rest: at level 0.
-        expanded: at level +1.
+        contracted: The colour at level -1, most contracted.
+        rest: The colour at level 0, at rest.
+        expanded: The colour at level +1, most expanded.
     """
 
     contracted: Color

@@ -16,20 +16,17 @@ import numpy as np
 from physics.scene.material import DT
 
 __all__ = [
-    "ENDLESS",
     "MOST_STEPS",
     "steps_in",
     "time_after",
     "times",
     "times_after",
+    "window_changes",
     "window_lengths",
 ]
 
-ENDLESS = float(2**24)
-"""Control steps that no world takes; float32 counts exactly up to here."""
-
 MOST_STEPS = 2**31
-"""Steps that a world's counter can tell apart, 414 days of simulated time."""
+"""Steps that a world can take, 414 days of simulated time."""
 
 _EXPLICIT = 128  # first steps that are added up one by one: the sum has not reached 4 s then
 
@@ -85,7 +82,7 @@ def steps_in(duration: float, name: str = "duration") -> int:
 
     Args:
         duration: length of the episode [s], finite and not negative.
-        name: of the argument, for the message of an error.
+        name: The name of the argument, for the message of an error.
 
     Raises:
         ValueError: if the duration is negative, not finite or longer than MOST_STEPS.
@@ -134,3 +131,27 @@ def window_lengths(n: int, interval: float) -> np.ndarray:
     t = times(n)
     oldest = np.searchsorted(t, t - interval, side="left")
     return np.arange(1, n + 1) - oldest
+
+
+def window_changes(after: int, interval: float) -> tuple[np.ndarray, np.ndarray]:
+    """`window_lengths` beyond the first steps, up to MOST_STEPS: they seldom change.
+
+    Where every step adds the same to the time, all full windows hold as many samples.
+
+    Args:
+        after: number of first steps, more than a window holds.
+        interval: length of the window [s].
+
+    Returns:
+        Steps from which windows have another length, the first one being ``after`` + 1, and those
+        lengths: int64, both of shape (changes,).
+    """
+    samples = math.ceil(interval / DT) + 2
+    turns = [stretch.step for stretch in _stretches() if after < stretch.step <= MOST_STEPS]
+    near = np.add.outer([after + 1, *turns], np.arange(samples + 1)).ravel()
+    steps = np.unique(np.minimum(near, MOST_STEPS))
+    own = times_after(steps)
+    earlier = times_after(steps[:, None] - np.arange(samples))
+    lengths = (earlier >= own[:, None] - interval).sum(1)
+    changes = np.concatenate([[True], lengths[1:] != lengths[:-1]])
+    return steps[changes], lengths[changes]

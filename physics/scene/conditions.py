@@ -24,7 +24,7 @@ class Conditions:
     Attributes:
         gravity: downward acceleration [m/s^2], (N,).
         friction: coefficient between a square and the ground, (N,).
-        spring_frequency: of soft voxels [Hz], (N,).
+        spring_frequency: The frequency of soft voxels [Hz], (N,).
         spring_damping: damping ratio of soft voxels, (N,).
         noise: standard deviation of the noise of each kind of sensor, in units of its range.
         control_interval: engine steps in a control step.
@@ -91,8 +91,8 @@ class Conditions:
 
         Args:
             chosen: numbers of k worlds.
-            morphology: of the robots; the frequency and damping of its materials are scaled as
-                those of soft voxels are in each world.
+            morphology: The shape of the robots; the frequency and damping of its materials are
+                scaled as those of soft voxels are in each world.
         """
         table = np.empty((len(chosen), morphology.n_voxels, 4))
         frequency = self.spring_frequency[chosen] / material.SPRING_FREQUENCY

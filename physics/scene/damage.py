@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from physics.scene import clock
 
-__all__ = ["Damage"]
+__all__ = ["Damage", "of_worlds"]
 
 MODES = ("rest", "frozen", "random", "blind")
 _STREAM = 0xDA3A6E  # keeps these draws apart from other uses of a world's seed
@@ -21,7 +22,8 @@ class Damage:
     """When, how likely and how voxels break.
 
     Attributes:
-        probability: of each voxel to break, independently; unused if there is a mask.
+        probability: The probability of each voxel to break, independently; unused if there is a
+            mask.
         time: when it happens [s].
         mode: what a broken voxel does. "rest" (the paper's text): its springs are at rest length
             and external forces alone shape it. "frozen" (the reference simulator): it keeps the
@@ -53,12 +55,25 @@ class Damage:
         if self.mask is not None:
             object.__setattr__(self, "mask", _bools(self.mask))
 
+    @classmethod
+    def from_name(cls, name: str) -> Damage | None:
+        """None for "none", `Damage()` for "half"; until version 0.3, and with a warning.
+
+        Raises:
+            ValueError: the name is neither.
+        """
+        words = "Damage.from_name goes with version 0.3; say None or Damage()"
+        warnings.warn(words, DeprecationWarning, stacklevel=2)
+        if name not in ("none", "half"):
+            raise ValueError(f"damage: expected none or half, got {name!r}")
+        return cls() if name == "half" else None
+
     def sample(self, seed: int, n_voxels: int) -> np.ndarray:
         """Which voxels of one world break.
 
         Args:
             seed: that world's seed, an integer >= 0; nothing else decides.
-            n_voxels: V.
+            n_voxels: The number of voxels, V.
 
         Returns:
             True where broken, shape (V,), bool.
@@ -85,6 +100,26 @@ class Damage:
                 f"(worlds={n_worlds}, voxels={n_voxels}), got {self.mask.shape}"
             )
         return np.broadcast_to(self.mask, shape)
+
+
+def of_worlds(damage: Any, n_worlds: int) -> list[Damage | None] | None:
+    """The damage of each world, from one for all of them or a list of N; None: no damage.
+
+    Raises:
+        ValueError: it is none of these, or worlds have different modes.
+    """
+    if damage is None or isinstance(damage, Damage):
+        return None if damage is None else [damage] * n_worlds
+    each = list(damage) if isinstance(damage, list | tuple) else [damage]
+    if strange := [one for one in each if not (one is None or isinstance(one, Damage))]:
+        raise ValueError(f"damage: expected physics.Damage or None, got {strange[0]!r}")
+    if len(each) != n_worlds:
+        raise ValueError(f"damage: expected one or a list of {n_worlds}, got {len(each)}")
+    if len(modes := {one.mode for one in each if one is not None}) > 1:
+        raise ValueError(
+            f"damage: expected the same mode in all worlds, got {', '.join(sorted(modes))}"
+        )
+    return each if modes else None
 
 
 def _bools(mask: Any) -> np.ndarray:

@@ -42,7 +42,7 @@ def spring_constants(frequency: Any, damping: Any) -> tuple[Any, Any, Any]:
     """How soft a spring is in the solver (see physics/MODEL.md, springs).
 
     Args:
-        frequency: of the spring [Hz], a number or an array.
+        frequency: The frequency of the spring [Hz], a number or an array.
         damping: its damping ratio.
 
     Returns:
@@ -61,9 +61,9 @@ class Material:
     """What a voxel is made of.
 
     Attributes:
-        name: of the material.
+        name: The name of the material.
         actuated: whether the voxel obeys its actuation; one that does not keeps its size.
-        frequency: of its springs [Hz].
+        frequency: The frequency of its springs [Hz].
         damping: their damping ratio.
     """
 
@@ -76,6 +76,18 @@ class Material:
 ACTUATED = Material("actuated")
 PASSIVE = Material("passive", actuated=False)
 STIFF = Material("stiff", actuated=False, frequency=30.0, damping=1.0)
+
+
+def crossed_diagonals(x: Any, y: Any) -> Any:
+    """Cross product of the diagonals of a quadrilateral: twice its area, with a sign.
+
+    It is plain arithmetic, so that kernels, the simulator and pictures share it.
+
+    Args:
+        x: The abscissas of its four corners in order: numbers, arrays, tensors or lane vectors.
+        y: Their ordinates.
+    """
+    return (x[2] - x[0]) * (y[3] - y[1]) - (x[3] - x[1]) * (y[2] - y[0])
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
 
@@ -126,6 +126,26 @@ class Morphology:
         inside = codes[np.ix_(codes.any(1), codes.any(0))][::-1]
         kinds = tuple(_EVOGYM[int(code)] for code in inside[inside > 0])
         return cls(shape.grid, shape.name, kinds)
+
+    def description(self) -> dict[str, Any]:
+        """Grid, name and materials, ready for JSON; `from_description` reads it."""
+        return {
+            "name": self.name,
+            "grid": self.grid.astype(int).tolist(),
+            "materials": [asdict(each) for each in self.materials],
+        }
+
+    @classmethod
+    def from_description(cls, description: Mapping[str, Any]) -> Morphology:
+        """The shape that `description` describes.
+
+        Raises:
+            ValueError: its voxels are no shape.
+            KeyError, TypeError: it is no such description.
+        """
+        shape = cls.from_grid(description["grid"], description["name"])
+        materials = tuple(Material(**each) for each in description["materials"])
+        return cls(shape.grid, shape.name, materials)
 
     @classmethod
     def of(cls, spec: Any) -> Morphology:

@@ -95,8 +95,8 @@ class Apparatus:
     """The sensors of a whole robot.
 
     Attributes:
-        sensors: for each voxel, in voxel order, its sensors; at most one of a kind. They are
-            kept in the order of readings: area, touch, velocity, lidar.
+        sensors: The sensors of each voxel, in voxel order; at most one of a kind. They are kept in
+            the order of readings: area, touch, velocity, lidar.
     """
 
     sensors: tuple[tuple[Sensor, ...], ...]
@@ -127,7 +127,7 @@ class Apparatus:
 
         Args:
             name: "low", "medium" or "high".
-            morphology: the robot.
+            morphology: The robot's shape.
             lidar_angles: directions of the rays [degrees].
 
         Raises:

@@ -21,7 +21,6 @@ __all__ = ["Terrain"]
 _START, _END = 10.0, 1990.0  # the ground between the walls [m]
 _WALL_WIDTH, _WALL_TOP = 10.0, 100.0  # [m]
 _FLAT_HEIGHT = 5.0  # [m]
-_DEPTH = 50.0  # of solid ground under the lowest point [m]
 _STEP_RAMP = 0.5  # horizontal length of a step of "steppy" [m]
 _TILTED_LENGTH = 24.0  # of the start of "flatWithStart" [m]
 _GREATEST_TILT = math.radians(10)
@@ -93,7 +92,7 @@ class Terrain:
         Args:
             xs: abscissas [m], 1-D, at least two, increasing.
             ys: heights [m], as many.
-            name: its name.
+            name: The name of the terrain.
 
         Raises:
             ValueError: if the points are too few, not finite, not paired, not increasing in x or
@@ -122,11 +121,6 @@ class Terrain:
         xs.setflags(write=False)
         ys.setflags(write=False)
         return cls(xs, ys, name)
-
-    @property
-    def bottom(self) -> float:
-        """Height down to which the ground is solid [m]."""
-        return float(self.ys.min()) - _DEPTH
 
     def height(self, x: Any) -> np.ndarray:
         """Height of the ground at x [m], same shape as x; level beyond the two ends."""

@@ -13,14 +13,14 @@ from physics.engine.memory import layout as lay
 from physics.engine.memory import state as st
 from physics.engine.memory.layout import Layout
 from physics.scene import clock
+from physics.scene.bodies import Bodies, Body
 from physics.scene.conditions import Conditions
 from physics.scene.damage import Damage
-from physics.scene.morphology import Morphology
 from physics.scene.terrain import Terrain
 from physics.worlds.profiles import pack_terrains, padded, segments_within
 from physics.worlds.seeds import mixed
 
-__all__ = ["Batch"]
+__all__ = ["Batch", "varied"]
 
 _POSE_ITEMS = lay.SIN + 1  # of a body: x, y, angle, cosine, sine
 _FAR = 1e30  # where a world without ground ends [m]
@@ -33,35 +33,37 @@ class Batch:
     Attributes:
         terrains: one per world, or None without ground.
         profiles: their points, (places, K, 2), as kernels take them.
-        segments: of terrain that the window of a group must hold; 0 without ground.
+        segments: How many terrain segments the window of a group must hold; 0 without ground.
         extent: width of that window [m].
-        seeds: of noise and damage, (N,) int64 in [0, 2^32).
+        seeds: The seeds of noise and damage, (N,) int64 in [0, 2^32).
         episodes: that each world has ended since it got its seed, (N,) int64.
     """
 
     def __init__(
         self,
-        morphology: Morphology,
+        bodies: Bodies,
         terrains: list[Terrain] | None,
         extent: float,
         seeds: np.ndarray,
         lifetimes: np.ndarray,
-        damage: Damage | None,
+        damages: list[Damage | None] | None,
         conditions: Conditions,
-        places: int,
+        places: np.ndarray,
+        n_places: int,
         like: Tensor,
     ) -> None:
         """Packs the terrains of N worlds.
 
         Args:
-            morphology: of the robots.
+            bodies: The robots.
             terrains: N of them, or None.
             extent: width of ground that a robot may need at once, whatever its posture [m].
-            seeds: of every world, (N,) int64 in [0, 2^32).
-            lifetimes: of every world, in engine steps, (N,).
-            damage: of all worlds, if any.
-            conditions: of all worlds.
-            places: N and the places that fill up the last group.
+            seeds: The seeds of every world, (N,) int64 in [0, 2^32).
+            lifetimes: The lengths of the episodes of every world, in engine steps, (N,) int64.
+            damages: The damage of each world, N of them, if any.
+            conditions: The conditions of all worlds.
+            places: where each world lies, (N,).
+            n_places: The number of places, those that fill up groups included.
             like: any tensor of the type and on the device of the state.
 
         Raises:
@@ -70,17 +72,26 @@ class Batch:
         self.terrains = terrains
         self.seeds = seeds
         self.episodes = np.zeros(len(seeds), dtype=np.int64)
-        self._morphology = morphology
+        self._bodies = bodies
+        self._places = places
         self.extent = extent
-        self._lifetimes = np.minimum(lifetimes, clock.ENDLESS)
-        self._damage = damage
-        self._conditions = conditions if conditions.varied(morphology) else None
+        self._lifetimes = lifetimes
+        self._damages = damages
+        self._conditions = conditions if varied(conditions, bodies) else None
         self._like = like
-        self._poses: dict[Terrain | None, Tensor] = {}
+        self._poses: dict[tuple[Body, Terrain | None], Tensor] = {}
         self._first: tuple[Layout, Tensor] | None = None
-        self.segments, profiles = pack_terrains(terrains, extent, places)
+        self.segments, profiles = pack_terrains(terrains, extent, places, n_places)
         self.profiles = torch.from_numpy(profiles).to(like)
-        self._mask = None if damage is None else damage.broken_mask(len(seeds), morphology.n_voxels)
+        self._masks = {
+            each: each.broken_mask(len(seeds), bodies.n_voxels)
+            for each in dict.fromkeys(damages or ())
+            if each is not None and each.mask is not None
+        }
+        if self._masks and not bodies.alike:
+            raise ValueError(
+                "damage: expected no mask where worlds have different robots; give a probability"
+            )
 
     # --- changes between episodes ---------------------------------------------------------------
 
@@ -102,7 +113,7 @@ class Batch:
         """Puts k worlds on other terrains.
 
         Args:
-            chosen: their numbers.
+            chosen: The numbers of the k worlds.
             terrains: k of them.
 
         Returns:
@@ -119,7 +130,7 @@ class Batch:
         else:
             rows = {t: padded(t, self.profiles.shape[1]) for t in fresh}
             table = torch.from_numpy(np.stack([rows[terrain] for terrain in terrains]))
-            self.profiles[torch.from_numpy(chosen)] = table.to(self.profiles)
+            self.profiles[torch.from_numpy(self._places[chosen])] = table.to(self.profiles)
         needed = max(segments_within(t.xs, self.extent) for t in fresh)
         grows = needed > self.segments
         self.segments = max(self.segments, needed)
@@ -131,81 +142,106 @@ class Batch:
         profiles = self.profiles.new_zeros(len(self.profiles), points, 2)
         rows = {terrain: padded(terrain, points) for terrain in set(self.terrains)}
         table = torch.from_numpy(np.stack([rows[terrain] for terrain in self.terrains]))
-        profiles[: len(self.terrains)] = table.to(profiles)
+        profiles[torch.from_numpy(self._places)] = table.to(profiles)
         self.profiles = profiles
 
     # --- the first instant ----------------------------------------------------------------------
 
-    def first_states(self, layout: Layout, chosen: np.ndarray) -> tuple[Tensor, Tensor]:
-        """How some worlds at the start of their next episode differ from a `blank` one.
+    def first_states(self, layout: Layout, chosen: np.ndarray) -> Tensor:
+        """The state of some worlds at the start of their next episode.
 
         Args:
-            layout: where things lie in a world.
+            layout: where things lie in it.
             chosen: numbers of k worlds.
 
         Returns:
-            Numbers of the items in which they may, (I,), and the values of these, (k, I).
+            Items of each, (k, layout.items).
         """
-        places = torch.arange(layout.items)
-        voxels = places[: layout.header].unflatten(0, (-1, lay.VOXEL_ITEMS))
-        header = places[layout.header :]
-        bodies = voxels[:, : 4 * lay.BODY_ITEMS].unflatten(1, (4, lay.BODY_ITEMS))
+        states = self._blank(layout).expand(len(chosen), -1).clone()
+        voxels = states[:, : layout.header].unflatten(1, (-1, lay.VOXEL_ITEMS))
         seeds = self._episode_seeds(chosen)
-        numbers = np.stack(
-            [self._lifetimes[chosen], seeds & 0xFFFF, seeds >> 16, *self._ground_ends(chosen)], 1
-        )
-        parts = [
-            (bodies[..., :_POSE_ITEMS], self._first_poses(chosen)),
-            (header[lay.H_LIFE : lay.H_GROUND_END + 1], torch.from_numpy(numbers)),
-        ]
+        life_high, life = np.divmod(self._lifetimes[chosen], lay.STEPS_PER_HIGH)
+        numbers = np.stack([life, seeds & 0xFFFF, seeds >> 16, *self._ground_ends(chosen)], 1)
+        own = slice(layout.header + lay.H_LIFE, layout.header + lay.H_GROUND_END + 1)
+        states[:, own] = torch.from_numpy(numbers).to(states)
+        states[:, layout.header + lay.H_LIFE_HIGH] = torch.from_numpy(life_high).to(states)
         if self._conditions is not None:
-            own = np.stack([self._conditions.gravity[chosen], self._conditions.friction[chosen]], 1)
-            springs = self._conditions.springs(chosen, self._morphology)
-            parts += [
-                (header[lay.H_GRAVITY : lay.H_FRICTION + 1], torch.from_numpy(own)),
-                (voxels[:, lay.FIRMNESS : lay.ACTUATED + 1], torch.from_numpy(springs)),
-            ]
-        if self._damage is not None:
-            times = self._damage_times(self._damage, chosen, seeds)
-            parts.append((voxels[:, lay.BREAKS : lay.MENDS + 1], times))
-        values = [each.to(self._like).flatten(1).expand(len(chosen), -1) for _, each in parts]
-        return torch.cat([where.flatten() for where, _ in parts]), torch.cat(values, 1)
+            pulls = np.stack(
+                [self._conditions.gravity[chosen], self._conditions.friction[chosen]], 1
+            )
+            first = layout.header + lay.H_GRAVITY
+            states[:, first : first + 2] = torch.from_numpy(pulls).to(states)
+        if self._damages is not None:
+            high = np.array([_span(self._damages[world])[0] for world in chosen])
+            first = layout.header + lay.H_BREAKS_HIGH
+            states[:, first : first + 2] = torch.from_numpy(high).to(states)
+        for body, rows in self._bodies.among(chosen):
+            robots = voxels[rows]
+            self._write_robots(body, chosen[rows], seeds[rows], robots[:, : body.n_voxels])
+            if not self._bodies.alike:
+                robots[:, body.n_voxels :, : 4 * lay.BODY_ITEMS] = torch.nan  # there is no voxel
+                voxels[rows] = robots
+        return states
+
+    def _write_robots(
+        self, body: Body, chosen: np.ndarray, seeds: np.ndarray, voxels: Tensor
+    ) -> None:
+        """Writes the robots of some worlds, which are alike, into their voxels.
+
+        Args:
+            body: the robot.
+            chosen: numbers of k worlds.
+            seeds: of noise and damage in their next episode, (k,).
+            voxels: their items, (k, V, VOXEL_ITEMS).
+        """
+        squares = voxels[:, :, : 4 * lay.BODY_ITEMS].unflatten(2, (4, lay.BODY_ITEMS))
+        squares[..., :_POSE_ITEMS] = self._first_poses(body, chosen).to(voxels)
+        if self._conditions is not None:
+            springs = torch.from_numpy(self._conditions.springs(chosen, body.morphology))
+            voxels[:, :, lay.FIRMNESS : lay.ACTUATED + 1] = springs.to(voxels)
+        if self._damages is not None:
+            own = [self._damages[world] for world in chosen]
+            times = self._damage_times(own, chosen, seeds, body.n_voxels)
+            voxels[:, :, lay.BREAKS : lay.MENDS + 1] = times.to(voxels)
 
     def _ground_ends(self, chosen: np.ndarray) -> np.ndarray:
-        """Where the grounds of k worlds start and end [m], (2, k)."""
+        """Where the terrains of k worlds start and end [m], (2, k)."""
         if self.terrains is None:
             return np.array([[-_FAR], [_FAR]]).repeat(len(chosen), 1)
         return np.array([self.terrains[world].xs[[0, -1]] for world in chosen]).reshape(-1, 2).T
 
-    def blank(self, layout: Layout) -> Tensor:
-        """The state of a place without a world, (layout.items,): one at rest that is over and has
-        no robot."""
+    def padding(self, layout: Layout) -> Tensor:
+        """The state of a place without a world, (layout.items,): one that is over."""
+        return self._blank(layout)
+
+    def _blank(self, layout: Layout) -> Tensor:
+        """The state of a world at rest that has no robot yet."""
         if self._first is None or self._first[0] != layout:
             self._first = layout, st.blank(layout, self._like)
         return self._first[1]
 
-    def _first_poses(self, chosen: np.ndarray) -> Tensor:
-        """Where the robots of k worlds stand: x, y, angle, cosine, sine, (k or 1, V, 4, 5)."""
+    def _first_poses(self, body: Body, chosen: np.ndarray) -> Tensor:
+        """Where such robots of k worlds stand: x, y, angle, cosine, sine, (k or 1, V, 4, 5)."""
         terrains = [None] if self.terrains is None else [self.terrains[i] for i in chosen]
         numbers = {terrain: k for k, terrain in enumerate(dict.fromkeys(terrains))}
-        table = self._poses_on(list(numbers))
+        table = self._poses_on(body, list(numbers))
         if len(numbers) == 1:
             return table
         return table[torch.from_numpy(np.array([numbers[terrain] for terrain in terrains]))]
 
-    def _poses_on(self, terrains: Sequence[Terrain | None]) -> Tensor:
+    def _poses_on(self, body: Body, terrains: Sequence[Terrain | None]) -> Tensor:
         """The same for robots on k different terrains, (k, V, 4, 5)."""
-        new = [terrain for terrain in terrains if terrain not in self._poses]
+        new = [terrain for terrain in terrains if (body, terrain) not in self._poses]
         if new:
             if len(self._poses) > 2 * len(self.seeds) + 64:  # of terrains that are gone
                 self._poses.clear()
                 new = list(terrains)
-            grounds = [terrain for terrain in new if terrain is not None]
-            poses = torch.from_numpy(st.initial_poses(self._morphology, grounds or None, len(new)))
+            known = [terrain for terrain in new if terrain is not None]
+            poses = torch.from_numpy(st.initial_poses(body.morphology, known or None, len(new)))
             angles = poses[..., 2:]
             poses = torch.cat([poses, angles.cos(), angles.sin()], -1)
-            self._poses.update(zip(new, poses, strict=True))
-        return torch.stack([self._poses[terrain] for terrain in terrains])
+            self._poses.update(zip(((body, each) for each in new), poses, strict=True))
+        return torch.stack([self._poses[body, terrain] for terrain in terrains])
 
     def _episode_seeds(self, chosen: np.ndarray) -> np.ndarray:
         """Seeds of noise and damage in the next episode of k worlds, (k,) int64 in [0, 2^32)."""
@@ -215,14 +251,34 @@ class Batch:
         later = mixed(seeds.astype(np.uint64), episodes.astype(np.uint64))
         return np.where(episodes > 0, later, seeds)
 
-    def _damage_times(self, damage: Damage, chosen: np.ndarray, seeds: np.ndarray) -> Tensor:
-        """The steps at which voxels of k worlds break and mend, (k, V, 2)."""
-        if self._mask is not None:
-            broken = self._mask[chosen]
-        else:
-            n_voxels = self._morphology.n_voxels
-            broken = np.stack([damage.sample(int(seed), n_voxels) for seed in seeds])
-        start = float(clock.steps_in(damage.time))
-        stop = clock.ENDLESS if math.isinf(damage.until) else float(clock.steps_in(damage.until))
-        times = np.where(broken[..., None], [start, stop], clock.ENDLESS)
+    def _damage_times(
+        self,
+        damages: Sequence[Damage | None],
+        chosen: np.ndarray,
+        seeds: np.ndarray,
+        n_voxels: int,
+    ) -> Tensor:
+        """The steps at which voxels of k worlds break and mend, their lower digits, (k, V, 2)."""
+        times = np.full((len(chosen), n_voxels, 2), lay.NEVER)
+        for row, (damage, world, seed) in enumerate(zip(damages, chosen, seeds, strict=True)):
+            if damage is None:
+                continue
+            mask = self._masks.get(damage)
+            broken = damage.sample(int(seed), n_voxels) if mask is None else mask[world]
+            times[row, broken] = _span(damage)[1]
         return torch.from_numpy(times)
+
+
+def _span(damage: Damage | None) -> tuple[np.ndarray, list[float]]:
+    """The steps at which voxels break and mend: higher digits, and lower ones."""
+    if damage is None:
+        return np.zeros(2, dtype=np.int64), [lay.NEVER, lay.NEVER]
+    forever = math.isinf(damage.until)
+    times = [clock.steps_in(damage.time), 0 if forever else clock.steps_in(damage.until)]
+    high, low = np.divmod(np.array(times), lay.STEPS_PER_HIGH)
+    return high, [float(low[0]), lay.NEVER if forever else float(low[1])]
+
+
+def varied(conditions: Conditions, bodies: Bodies) -> bool:
+    """Whether gravity, friction or springs differ among worlds or voxels."""
+    return any(conditions.varied(body.morphology) for body in bodies.unlike)

@@ -19,13 +19,8 @@ __all__ = ["Handled"]
 
 
 class Handled(Launcher):
-    """N worlds whose state can be taken, given and set by hand.
+    """N worlds whose state can be taken, given and set by hand."""
 
-    Attributes:
-        sensor_names: of the readings, R.
-    """
-
-    sensor_names: tuple[str, ...]
     _at_start: bool
 
     # --- saved worlds ---------------------------------------------------------------------------
@@ -56,20 +51,26 @@ class Handled(Launcher):
         items = backend.unpacked(saved["items"].to(self._state.items), self.lanes)
         lists = backend.unpacked(saved["lists"].to(self._state.lists), self.lanes)
         layout = dataclasses.replace(self._state.layout, segments=saved["segments"])
-        state = st.State(items.clone(), lists.clone(), layout, self.n_worlds)
+        state = st.State(items.clone(), lists.clone(), layout, self.n_worlds, self._places)
         if layout != self._state.layout:
             state = st.widened(state, self._state.layout)
         self._state = state
         self._center, self._at_start = None, False
-        self._steps = int(state.header(lay.H_STEP).max())
-        self._reserve(0)
+        self._steps = int(state.steps().max())
 
     def _signature(self) -> dict[str, Any]:
         """What saved worlds must have in common with these."""
+        robots = [
+            {
+                "body": body.morphology.grid.astype(int).tolist(),
+                "materials": [each.name for each in body.morphology.materials],
+                "sensors": list(body.apparatus.names(body.morphology)),
+            }
+            for body in self.bodies.unlike
+        ]
+        several = {"robots": robots, "robot_of_world": self.bodies.of_world.tolist()}
         return {
-            "body": self.morphology.grid.astype(int).tolist(),
-            "materials": [each.name for each in self.morphology.materials],
-            "sensors": list(self.sensor_names),
+            **(robots[0] if self.bodies.alike else several),
             "n_worlds": self.n_worlds,
             "ground": self._batch.terrains is not None,
             "dtype": str(self.dtype),
@@ -110,7 +111,7 @@ class Handled(Launcher):
         """What the robots would have sensed along a recorded motion; time goes on.
 
         Args:
-            poses: of the squares after each step, (T, N, V, 4, 3), as for ``set_poses``.
+            poses: The poses of the squares after each step, (T, N, V, 4, 3), as for ``set_poses``.
             velocities: likewise, (T, N, V, 4, 3).
 
         Returns:
@@ -121,10 +122,10 @@ class Handled(Launcher):
         """
         checks.tensor("poses", poses, steps=None, **self._squares())
         checks.tensor("velocities", velocities, steps=len(poses), **self._squares())
-        self._reserve(len(poses))
+        self._require_countable(len(poses))
         readings = self._readings().new_empty(len(poses), self.n_worlds, self.n_readings)
         for k, pose in enumerate(poses):
-            self._state.header(lay.H_STEP).add_(1.0)
+            self._state.set_steps(self._state.steps() + 1)
             now = self.set_poses(pose, velocities[k])
             if now is not None:
                 readings[k] = now

@@ -8,6 +8,7 @@ from torch import Tensor
 from physics.engine.memory import layout as lay
 from physics.engine.memory.state import State
 from physics.scene import clock, material
+from physics.scene.bodies import Bodies
 
 __all__ = ["Observed"]
 
@@ -16,13 +17,17 @@ class Observed:
     """Reads the state of N worlds with V voxels each; every call copies.
 
     Attributes:
-        dtype, device: of the state.
-        n_readings: of a world's sensors, R.
+        dtype, device: The data type and the device of the state.
+        n_readings: The number of readings of a world's sensors, R.
+        bodies: The robots. Where they differ, V and R are those of the largest; voxels that a
+            world's robot lacks have NaN for numbers, False for flags and actuation 0, and
+            readings that it lacks are 0.
     """
 
     dtype: torch.dtype
     device: torch.device
     n_readings: int
+    bodies: Bodies
     _state: State
     _steps: int  # since the last reset of all worlds
     _center: Tensor | None = None  # of mass, if it was asked for since worlds moved
@@ -35,8 +40,8 @@ class Observed:
     @property
     def times(self) -> Tensor:
         """Age of every world [s], (N,) float64."""
-        steps = self._state.worlds(self._state.header(lay.H_STEP)).long()
-        return torch.from_numpy(clock.times_after(steps.cpu().numpy())).to(self.device)
+        steps = self._state.steps().cpu().numpy()
+        return torch.from_numpy(clock.times_after(steps)).to(self.device)
 
     def mass_poses(self) -> Tensor:
         """Poses of the squares, (N, V, 4, 3): x, y [m], angle [rad] in [-pi, pi]; corners NW, NE,
@@ -58,8 +63,23 @@ class Observed:
     def center_of_mass(self) -> Tensor:
         """Mean of the voxel centres [m], (N, 2)."""
         if self._center is None:
-            self._center = self.voxel_centers().mean(1)
+            self._center = self._mean_over_voxels(self.voxel_centers())
         return self._center.clone()
+
+    def voxels_present(self) -> Tensor:
+        """Which voxels the robots have, (N, V) bool: all, unless robots differ."""
+        return torch.from_numpy(self.bodies.present()).to(self.device)
+
+    def _mean_over_voxels(self, values: Tensor) -> Tensor:
+        """Of what voxels have, (N, V, ...), the mean in each robot, (N, ...)."""
+        if self.bodies.alike:
+            return values.mean(1)
+        means = torch.empty_like(values[:, 0])
+        counts = self.voxels_present().sum(1)
+        for count in counts.unique().tolist():  # a sum depends on the number of its terms
+            own = counts == count
+            means[own] = values[own, :count].mean(1)
+        return means
 
     def area_ratios(self) -> Tensor:
         """Area of each voxel over its area at rest, (N, V)."""
@@ -69,8 +89,7 @@ class Observed:
         c, s = bodies[..., lay.COS], bodies[..., lay.SIN]
         x = bodies[..., lay.X] - bodies[..., :1, lay.X] + (c * ax - s * ay)
         y = bodies[..., lay.Y] - bodies[..., :1, lay.Y] + (s * ax + c * ay)
-        across = (x[..., 2] - x[..., 0]) * (y[..., 3] - y[..., 1])
-        cross = across - (x[..., 3] - x[..., 1]) * (y[..., 2] - y[..., 0])
+        cross = material.crossed_diagonals(x.unbind(-1), y.unbind(-1))
         return cross.abs() / (2 * material.VOXEL_SIDE**2)
 
     def touching(self) -> Tensor:
@@ -86,8 +105,11 @@ class Observed:
 
     def broken(self) -> Tensor:
         """Which voxels are broken in the step to come, (N, V) bool."""
-        step = self._state.worlds(self._state.header(lay.H_STEP))[:, None]
-        span = self._state.worlds(self._state.voxels(lay.BREAKS, 2))
+        highs = [self._state.header(item) for item in (lay.H_BREAKS_HIGH, lay.H_MENDS_HIGH)]
+        digits = self._state.worlds(torch.stack(highs, 1)).double()[:, None]
+        lower = self._state.worlds(self._state.voxels(lay.BREAKS, 2)).double()
+        span = digits * lay.STEPS_PER_HIGH + lower
+        step = self._state.steps()[:, None]
         return (step >= span[..., 0]) & (step < span[..., 1])
 
     def readings(self) -> Tensor:

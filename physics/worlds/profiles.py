@@ -13,26 +13,27 @@ _ROUNDING = 0.01  # of abscissas, as float32 and float64 may differ [m]
 
 
 def pack_terrains(
-    terrains: list[Terrain] | None, extent: float, places: int
+    terrains: list[Terrain] | None, extent: float, places: np.ndarray, n_places: int
 ) -> tuple[int, np.ndarray]:
     """Profiles as one array, and how many segments the window of a group must hold.
 
     Args:
         terrains: one per world, or None.
         extent: width of ground that a robot may need at once [m].
-        places: worlds with the padding.
+        places: where each world lies, (N,).
+        n_places: all places, those without a world included.
 
     Returns:
-        Segments per window (0 without ground), and points (places, K, 2), float64.
+        Segments per window (0 without ground), and points (n_places, K, 2), float64.
     """
     if terrains is None:
-        return 0, np.zeros((places, 2, 2))
+        return 0, np.zeros((n_places, 2, 2))
     unique = {id(t): t for t in terrains}
     longest = max(len(t.xs) for t in unique.values())
     profiles = {key: padded(t, longest) for key, t in unique.items()}
-    packed = np.zeros((places, longest, 2))
-    for world, terrain in enumerate(terrains):
-        packed[world] = profiles[id(terrain)]
+    packed = np.zeros((n_places, longest, 2))
+    for place, terrain in zip(places, terrains, strict=True):
+        packed[place] = profiles[id(terrain)]
     segments = max(segments_within(t.xs, extent) for t in unique.values())
     return segments, packed
 

@@ -13,7 +13,7 @@ from physics.worlds.batch import Batch
 
 __all__ = ["check_fit", "pack", "unpack_terrains"]
 
-FORMAT = 1
+FORMAT = 2  # since steps are counted in two digits
 
 
 def pack(state: State, batch: Batch, signature: dict[str, Any]) -> dict[str, Any]:
@@ -21,7 +21,7 @@ def pack(state: State, batch: Batch, signature: dict[str, Any]) -> dict[str, Any
     `torch.load(..., weights_only=True)` reads it.
 
     Args:
-        state: of the worlds.
+        state: The state of the worlds.
         batch: what they started from.
         signature: what another simulator must agree in.
     """
@@ -57,16 +57,16 @@ def check_fit(saved: Any, signature: dict[str, Any]) -> None:
     """Raises unless the worlds are those of a simulator with this signature.
 
     Raises:
-        ValueError: they are not, or are of a newer format; the message says in what they differ.
+        ValueError: they are not, or are of another format; the message says in what they differ.
     """
     if not isinstance(saved, dict) or "format" not in saved:
         raise ValueError(
             f"state_dict: expected what Simulator.state_dict() returned, got {type(saved).__name__}"
         )
-    if saved["format"] > FORMAT:
+    if saved["format"] != FORMAT:
+        other = "a newer" if saved["format"] > FORMAT else "an older"
         raise ValueError(
-            f"state_dict: expected format {FORMAT} or older, got {saved['format']}; "
-            "use a newer version"
+            f"state_dict: expected format {FORMAT}, got {saved['format']}; it is of {other} version"
         )
     for name, own in signature.items():
         if saved.get(name) != own:

@@ -42,7 +42,7 @@ def mixed(seeds: np.ndarray, indices: np.ndarray) -> np.ndarray:
     element, int64.
 
     Args:
-        seeds: uint64.
+        seeds: Seeds as uint64.
         indices: uint64, of the same shape or one that broadcasts to it.
     """
     x = seeds

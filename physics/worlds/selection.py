@@ -26,14 +26,14 @@ def chosen_worlds(name: str, mask: Any, n_worlds: int) -> np.ndarray:
 
 
 def lifetimes_in_steps(lifetime: float | Sequence[float] | None, n_worlds: int) -> np.ndarray:
-    """Engine steps that every world lives, (N,) float64."""
+    """Length of the episode of every world in engine steps, (N,) int64."""
     if lifetime is None:
-        return np.full(n_worlds, clock.ENDLESS)
+        return np.full(n_worlds, clock.MOST_STEPS)
     seconds = list(lifetime) if checks.is_sequence(lifetime) else [lifetime] * n_worlds
     if len(seconds) != n_worlds:
         raise ValueError(f"lifetime: expected one or {n_worlds} numbers [s], got {len(seconds)}")
     steps = [clock.steps_in(checks.finite("lifetime", s, 0.0), "lifetime") for s in seconds]
-    return np.array(steps, dtype=np.float64)
+    return np.array(steps, dtype=np.int64)
 
 
 def terrain_list(

@@ -24,8 +24,8 @@ def random_champions(config: EvolveConfig = PLASTIC, seed: int = 0) -> Champions
     return Champions(config, genomes, torch.tensor([2.0, 3.0], dtype=torch.float64))
 
 
-def run_folder(parent: Path, config: EvolveConfig = PLASTIC) -> Path:
-    folder = parent / "run"
+def run_folder(parent: Path, config: EvolveConfig = PLASTIC, name: str = "run") -> Path:
+    folder = parent / name
     folder.mkdir()
     random_champions(config).save(folder)
     return folder

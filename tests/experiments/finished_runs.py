@@ -94,14 +94,14 @@ def write_generalization(folder: Path, training: Sequence[float], unseen: Sequen
     write_csv(folder / "generalization.csv", ["setting", "run", "terrain", "speed"], rows)
 
 
-def write_inner_life(
+def write_recording(
     folder: Path, runs: int, *, growth: float = 4.0, period: float = 1.5, gain: float = 20.0
 ) -> None:
-    """Lives with weights that grow, and with neurons that cycle with the gait.
+    """Episodes with weights that grow, and with neurons that cycle with the gait.
 
     Args:
         folder: of the run.
-        runs: how many lives.
+        runs: how many episodes.
         growth: of the weights between the second and the third time.
         period: of gait and neurons [s].
         gain: of the neurons; a large one saturates them.
@@ -124,5 +124,5 @@ def write_inner_life(
         way=np.zeros((runs, 3600, 2), dtype=np.float32),
         terms=np.ones((runs, 3, 4)),
     )
-    (folder / "inner_life.npz").write_bytes(recording.to_npz())
-    (folder / "inner_life.json").write_text(json.dumps({"runs": describe(recording)}))
+    (folder / "recording.npz").write_bytes(recording.to_npz())
+    (folder / "recording.json").write_text(json.dumps({"runs": describe(recording)}))

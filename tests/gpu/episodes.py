@@ -17,7 +17,6 @@ from torch import Tensor
 from experiments.config import EvolveConfig
 from experiments.rollout.evaluate import Evaluator
 from physics import Engine, Simulator, Terrain
-from physics.engine.memory import layout as lay
 from tests.gpu import pretend
 from tests.physics.worlds import gaits
 
@@ -27,7 +26,7 @@ _WHOLE_ENGINE = Engine(self_collision=True, continuous=True)
 
 
 def single(device: str) -> dict[str, Tensor]:
-    """In float32: gaits of worms, learning bipeds, and very many boxes."""
+    """In float32: gaits and learning of worms, and very many boxes."""
     worms = _gaits(device, "worm-7x1", 20, torch.float32)
     return {**worms, **_brood(device), **_many(device)}
 
@@ -57,8 +56,11 @@ def _gaits(
 
 
 def _brood(device: str) -> dict[str, Tensor]:
-    """Speeds (8,) and first weights of Hebbian bipeds after 0.6 s of life in the kernel."""
-    config = EvolveConfig(sensors="high", duration=0.6, device=device, runs=1, population=8)
+    """Speeds (8,) and first weights of Hebbian worms after 1 s in the kernel: no squares of a worm
+    share a corner, where rounding decides whether they touch."""
+    config = EvolveConfig(
+        shape="worm-7x1", sensors="high", duration=1.0, device=device, runs=1, population=8
+    )
     evaluator = Evaluator(config)
     genomes = torch.rand(1, 8, evaluator.n_genes, generator=torch.Generator().manual_seed(1))
     life = evaluator((2 * genomes - 1).to(device), 1)
@@ -71,8 +73,7 @@ def _many(device: str) -> dict[str, Tensor]:
     """Steps made, (MANY,), and squares, (MANY, 1, 4, 3), after one step of boxes in space."""
     sim = _simulator(device, "box-1x1", None, MANY)
     sim.step(torch.linspace(-1, 1, MANY)[:, None])
-    steps = sim._state.header(lay.H_STEP).flatten()
-    return {"steps": steps.cpu(), "squares": sim.mass_poses().cpu()}
+    return {"steps": sim._state.steps().cpu(), "squares": sim.mass_poses().cpu()}
 
 
 def _simulator(device: str, *args: Any, **kwargs: Any) -> Simulator:

@@ -23,7 +23,7 @@ _Results = tuple[dict[str, Any], dict[str, Tensor]]
 
 
 def both(precision: str, folder: Path) -> _Results:
-    """What the lives give on the stand-in, in a process of its own, and on the CPU meanwhile."""
+    """What the episodes give on the stand-in, in a process of its own, and on the CPU meanwhile."""
     file = folder / f"{precision}.pt"
     paths = [str(folder), os.environ.get("LD_LIBRARY_PATH", "")]
     with subprocess.Popen(
@@ -68,10 +68,8 @@ def test_gaits_in_single_precision(single: _Results) -> None:
 
 
 def test_the_closed_loop(single: _Results) -> None:
-    """Rounding decides whether squares that share a corner touch, so single precision tells the
-    two apart sooner than by its digits."""
-    assert apart(single, "speeds") < 2e-3
-    assert apart(single, "weights") < 1e-2
+    assert apart(single, "speeds") < 1e-4
+    assert apart(single, "weights") < 1e-3
 
 
 def test_every_one_of_very_many_worlds_makes_its_step(single: _Results) -> None:

@@ -26,7 +26,7 @@ def test_gradcheck_of_three_steps(sharing, eta, normalize):
     net.set_genomes(genomes)
     names, parameters = zip(*net.named_parameters(), strict=True)
     x = torch.rand(2, 3, generator=generator, dtype=torch.float64)
-    born = net.initial_state("uniform", generator=generator)
+    initial = net.initial_state("uniform", generator=generator)
 
     def three_steps(x, first, second, *parameters):
         state = hebbtorch.State((first, second))
@@ -34,7 +34,7 @@ def test_gradcheck_of_three_steps(sharing, eta, normalize):
             y, state = functional_call(net, dict(zip(names, parameters, strict=True)), (x, state))
         return y, *state.weights
 
-    leaves = [t.detach().clone().requires_grad_() for t in (x, *born.weights, *parameters)]
+    leaves = [t.detach().clone().requires_grad_() for t in (x, *initial.weights, *parameters)]
     assert torch.autograd.gradcheck(three_steps, leaves)
 
 
@@ -75,15 +75,15 @@ def test_vmap_over_genomes_and_states_equals_a_population():
     generator = torch.Generator().manual_seed(7)
     many = hebbtorch.HebbianMLP([3, 4, 2], normalize="l2", population=(6,), dtype=torch.float64)
     one = hebbtorch.HebbianMLP([3, 4, 2], normalize="l2", dtype=torch.float64)
-    born = many.initial_state("uniform", generator=generator)
+    initial = many.initial_state("uniform", generator=generator)
     x = torch.rand(6, 3, generator=generator, dtype=torch.float64)
     parameters = {name: p.detach() for name, p in many.named_parameters()}
 
     def step(parameters, x, state):
         return functional_call(one, parameters, (x, state))
 
-    y, state = vmap(step)(parameters, x, born)
-    expected_y, expected = many(x, born)
+    y, state = vmap(step)(parameters, x, initial)
+    expected_y, expected = many(x, initial)
     torch.testing.assert_close(y, expected_y, rtol=0, atol=1e-15)
     for w, e in zip(state.weights, expected.weights, strict=True):
         torch.testing.assert_close(w, e, rtol=0, atol=1e-15)

@@ -38,11 +38,11 @@ def assert_alone_equals_batch(n, sizes, dtype, members, population=(), **options
     alone = hebbtorch.HebbianMLP(sizes, population=population, dtype=dtype, **options)
     for k in members:
         alone.set_genomes(net.genomes()[k].reshape(*population, -1))
-        born = hebbtorch.State(
+        initial = hebbtorch.State(
             tuple(w[k].reshape(*population, *w.shape[1:]).clone() for w in state.weights)
         )
         x = inputs[:, k].reshape(STEPS, *population, -1)
-        for ours, theirs in zip(live(alone, x, born), together, strict=True):
+        for ours, theirs in zip(live(alone, x, initial), together, strict=True):
             assert torch.equal(ours.reshape(theirs[k].shape), theirs[k])
 
 
@@ -72,12 +72,12 @@ def test_sharings(sharing):
 
 def test_threads_do_not_change_a_bit():
     net, inputs, state = population_of(400, [29, 29, 10], torch.float32, normalize="l2")
-    lives = []
+    lifetimes = []
     for threads in (1, 2, 3):
         torch.set_num_threads(threads)
-        lives.append(live(net, inputs, state))
-    for other in lives[1:]:
-        assert all(torch.equal(a, b) for a, b in zip(lives[0], other, strict=True))
+        lifetimes.append(live(net, inputs, state))
+    for other in lifetimes[1:]:
+        assert all(torch.equal(a, b) for a, b in zip(lifetimes[0], other, strict=True))
 
 
 def test_population_dimensions_are_only_a_shape():

@@ -1,5 +1,6 @@
 """What a monitor sees, against numbers worked out by hand."""
 
+import math
 import subprocess
 import sys
 
@@ -36,8 +37,8 @@ def net_and_inputs(steps=7):
 
 def test_every_measure_is_what_it_says():
     net, inputs = net_and_inputs()
-    state = born = net.initial_state("uniform", generator=seeded(3))
-    states, outputs = [born], []
+    state = initial = net.initial_state("uniform", generator=seeded(3))
+    states, outputs = [initial], []
     with hebbtorch.Monitor(net, every=3) as monitor:
         for x in inputs:
             y, state = net(x, state)
@@ -54,7 +55,7 @@ def test_every_measure_is_what_it_says():
         "weight_mean_abs": new.abs().mean(),
         "weight_max_abs": new.abs().amax((-2, -1)).mean(),
         "update_mean_abs": (new - old).abs().mean(),
-        "drift_from_start": (new[-1] - born.weights[1]).abs().mean(),
+        "drift_from_start": (new[-1] - initial.weights[1]).abs().mean(),
         "sign_changes": (new * old < 0).double().mean(),
         "saturated": (y.abs() > 0.9).double().mean(),
     }
@@ -75,6 +76,24 @@ def test_every_measure_is_what_it_says():
     assert shares[1] == pytest.approx(share.item())
     torch.testing.assert_close(monitor.life.weights[1], new[:, 0])
     torch.testing.assert_close(monitor.life.activations[1], y[:, 0])
+
+
+def test_a_summary_of_one_individual_is_that_of_its_own_monitor():
+    net, inputs = net_and_inputs()
+    net.set_genomes(net.genomes().index_fill(0, torch.tensor([4]), 0.0))  # who never learns
+    alone = hebbtorch.HebbianMLP([3, 4, 2], eta=0.5, dtype=torch.float64)
+    alone.set_genomes(net.genomes()[2])
+    with hebbtorch.Monitor(net, every=2) as monitor, hebbtorch.Monitor(alone, every=2) as own:
+        state, other = net.initial_state(), alone.initial_state()
+        for x in inputs:
+            _, state = net(x, state)
+            _, other = alone(x[2], other)
+    assert monitor.summary(individual=2) == pytest.approx(own.summary())
+    still = monitor.summary(individual=4)
+    assert still["update_mean_abs/layer0"] == 0.0
+    assert math.isnan(still["share_A/layer0"])
+    shares = [monitor.summary()[f"share_{term}/layer0"] for term in "ABCD"]
+    assert sum(shares) == pytest.approx(1)  # of those who do
 
 
 def test_it_logs_to_any_writer_and_looks_no_longer_once_closed():

@@ -32,7 +32,7 @@ def test_network_equals_scalar_loops(sharing, normalize, eta, init):
     genomes = 2 * torch.rand(2, net.n_genes, generator=generator, dtype=torch.float64) - 1
     net.set_genomes(genomes)
     inputs = torch.rand(STEPS, 2, SIZES[0], generator=generator, dtype=torch.float64)
-    born = state = net.initial_state(init, generator=generator)
+    initial = state = net.initial_state(init, generator=generator)
     ys = []
     for x in inputs:
         y, state = net(x, state)
@@ -41,7 +41,7 @@ def test_network_equals_scalar_loops(sharing, normalize, eta, init):
         outputs, weights = oracle.live(
             genomes[k].tolist(),
             SIZES,
-            [w[k].tolist() for w in born.weights],
+            [w[k].tolist() for w in initial.weights],
             inputs[:, k].tolist(),
             sharing=sharing,
             groups=groups,

@@ -118,10 +118,10 @@ def test_gradcheck(rule, variant):
     net.set_genomes(torch.rand(net.n_genes, generator=seeded(1), dtype=torch.float64))
     x = torch.rand(3, 3, generator=seeded(2), dtype=torch.float64)
     m = torch.rand(3, generator=seeded(3), dtype=torch.float64)
-    born = net.initial_state("uniform", generator=seeded(4))
+    initial = net.initial_state("uniform", generator=seeded(4))
 
     def three_steps(genome, first, second, m):
-        state = born._replace(weights=(first, second))
+        state = initial._replace(weights=(first, second))
         for t in range(3):
             call = (x[t], state)
             y, state = torch.func.functional_call(
@@ -129,7 +129,7 @@ def test_gradcheck(rule, variant):
             )
         return y, *state.weights
 
-    leaves = [net.genomes(), *born.weights, m]
+    leaves = [net.genomes(), *initial.weights, m]
     assert torch.autograd.gradcheck(three_steps, [t.clone().requires_grad_() for t in leaves])
 
 

@@ -70,7 +70,7 @@ def test_fresh_weights_fit_or_are_refused():
     net = hebbtorch.HebbianMLP([3, 2])
     state = life(net, some_inputs(4, 3))[1]
     mask = torch.tensor([True, False, False, True])
-    again = state.reset(mask, net.initial_state())  # one birth for all
+    again = state.reset(mask, net.initial_state())  # one initial state for all
     assert torch.equal(again.weights[0][mask], torch.zeros(2, 2, 3))
     assert torch.equal(again.weights[0][~mask], state.weights[0][~mask])
     for fresh in (

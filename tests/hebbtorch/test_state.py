@@ -87,9 +87,9 @@ def test_l2_keeps_every_row_at_norm_one_and_frozen_weights_untouched():
     for w in state.weights:
         norms = w.norm(dim=-1)
         torch.testing.assert_close(norms, torch.ones_like(norms), rtol=0, atol=1e-15)
-    born = net.initial_state("uniform", generator=seeded(3))
-    _, frozen = net(torch.rand(5, dtype=torch.float64), born, plastic=False)
-    assert equal(frozen, born)
+    initial = net.initial_state("uniform", generator=seeded(3))
+    _, frozen = net(torch.rand(5, dtype=torch.float64), initial, plastic=False)
+    assert equal(frozen, initial)
 
 
 def test_l2_leaves_rows_of_zeros_at_zero():

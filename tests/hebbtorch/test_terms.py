@@ -49,7 +49,7 @@ def test_a_missing_term_is_a_term_of_zeros(terms, sharing, eta, normalize):
     for ours, theirs in zip(net.layers, full.layers, strict=True):
         for mine, other in zip(ours.coefficients(), theirs.coefficients(), strict=True):
             assert torch.equal(mine.broadcast_to(other.shape), other)
-    state = expected = born = net.initial_state("uniform", generator=generator)
+    state = expected = initial = net.initial_state("uniform", generator=generator)
     for _ in range(10):
         x = torch.rand(5, SIZES[0], generator=generator)
         y, state = net(x, state)
@@ -57,7 +57,7 @@ def test_a_missing_term_is_a_term_of_zeros(terms, sharing, eta, normalize):
         assert torch.equal(y, y_expected)
         for weights, others in zip(state.weights, expected.weights, strict=True):
             assert torch.equal(weights, others)
-    assert not torch.equal(state.weights[0], born.weights[0])
+    assert not torch.equal(state.weights[0], initial.weights[0])
 
 
 def test_all_terms_are_the_default():

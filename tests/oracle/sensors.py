@@ -11,6 +11,7 @@ from physics.scene.sensors import Apparatus, Sensor
 from physics.scene.terrain import Terrain
 
 NW, NE, SE, SW = range(4)
+SOLID = 50.0  # ground under the lowest point [m]; the reference has as much
 
 
 def readings(
@@ -121,7 +122,7 @@ def distance(x: float, y: float, angle: float, reach: float, terrain: Terrain | 
     ):
         if x2 < x - reach or x1 > x + reach:
             continue
-        low = terrain.bottom
+        low = terrain.ys.min() - SOLID
         entry, leave = -math.inf, math.inf
         corners = [(x1, low), (x2, low), (x2, y2), (x1, y1)]  # counter-clockwise
         for (ax, ay), (bx, by) in zip(corners, corners[1:] + corners[:1], strict=True):

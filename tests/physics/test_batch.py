@@ -14,15 +14,15 @@ from physics.scene.clock import steps_in
 from tests.physics.worlds import gaits
 
 STEPS = 60
-GROUNDS = [Terrain.from_name(name) for name in ("flat", "steppy-1-8-3", "hilly-0.5-3-2")]
-GROUNDS += [Terrain.from_name(f"hilly-3-30-{seed}") for seed in range(4)]
+TERRAINS = [Terrain.from_name(name) for name in ("flat", "steppy-1-8-3", "hilly-0.5-3-2")]
+TERRAINS += [Terrain.from_name(f"hilly-3-30-{seed}") for seed in range(4)]
 STEEP = [Terrain.from_name(name) for name in ("steppy-5-10-7", "hilly-3-2-1", "steppy-3-1-0")]
 STEEP += [Terrain.from_profile([0, 10, 20, 20.5, 29, 29.1, 90], [100, 0, 0, 4, 4, -16, -16])]
 HALF = Damage(time=0.5, mode="random")
 
 
 def ground(world: int) -> Terrain:
-    return GROUNDS[world % len(GROUNDS)]
+    return TERRAINS[world % len(TERRAINS)]
 
 
 def batch(worlds: list[int], **settings: Any) -> Simulator:
@@ -57,7 +57,7 @@ def test_a_world_alone_equals_the_same_world_in_a_batch(size):
 @pytest.mark.parametrize("shape", ["worm-7x1", "biped-4x3"])
 def test_a_world_on_steep_ground_equals_itself_among_other_grounds(shape):
     """However many segments are kept for the others, and whatever their slopes."""
-    terrains = STEEP + GROUNDS[:3]
+    terrains = STEEP + TERRAINS[:3]
     sim = Simulator(shape, terrains, len(terrains))
     actions = gaits(240, len(terrains), sim.n_voxels).float()
     sim.run(actions)
@@ -106,9 +106,9 @@ def test_an_empty_run_changes_nothing():
 
 def test_a_lifetime_stops_its_world_only():
     worlds = list(range(9))
-    lives = [0.1 * (world + 1) for world in worlds]  # [s]
-    steps = [steps_in(life) for life in lives]
-    sim, endless = batch(worlds, lifetime=lives), batch(worlds)
+    lifetimes = [0.1 * (world + 1) for world in worlds]  # [s]
+    steps = [steps_in(lifetime) for lifetime in lifetimes]
+    sim, endless = batch(worlds, lifetime=lifetimes), batch(worlds)
     for step, actuation in enumerate(actuations(worlds)[:40], start=1):
         sim.step(actuation)
         endless.step(actuation)

@@ -19,8 +19,8 @@ def mean_speeds(robot: str, shape: str, ground: str, starts: int) -> np.ndarray:
     phase = 2 * np.pi * record["frequency"][:, None] * t[:-1, None, None] + record["phase"]
     waves = np.tile(record["amplitude"] * np.sin(phase), (1, starts, 1))
     names = [f"hilly-3-30-{i % 20}" if ground == "hilly" else ground for i in range(100)]
-    grounds = {name: Terrain.from_name(name) for name in names}
-    sim = Simulator(shape, [grounds[name] for name in names] * starts, 100 * starts)
+    terrains_met = {name: Terrain.from_name(name) for name in names}
+    sim = Simulator(shape, [terrains_met[name] for name in names] * starts, 100 * starts)
     poses = sim.mass_poses()
     poses[..., 0] += 4e-6 * torch.arange(starts).repeat_interleave(100)[:, None, None]
     sim.set_poses(poses)

@@ -71,7 +71,7 @@ def test_other_worlds_are_refused(settings: dict[str, Any], message: str) -> Non
 def test_what_is_no_state_is_refused() -> None:
     with pytest.raises(ValueError, match="expected what Simulator.state_dict"):
         small().load_state_dict({})
-    with pytest.raises(ValueError, match="use a newer version"):
+    with pytest.raises(ValueError, match="it is of a newer version"):
         small().load_state_dict(small().state_dict() | {"format": 99})
 
 

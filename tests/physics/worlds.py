@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import torch
@@ -13,6 +14,12 @@ from tests.oracle.contacts import GROUND
 from tests.oracle.world import OracleWorld
 
 DOUBLE = torch.float64
+FLAT = Terrain.from_name("flat")
+
+
+def small(**settings: Any) -> Simulator:
+    """Two robots of two voxels with low sensors."""
+    return Simulator("worm-2x1", FLAT, 2, sensors="low", **settings)
 
 
 def gaits(steps: int, worlds: int, voxels: int, seed: int = 0, amplitude: float = 1.0) -> Tensor:
@@ -57,7 +64,7 @@ def beside_oracle(
     Args:
         shape, terrain, gravity: of both.
         actuations: (T, 1, V).
-        poses, velocities: of the squares at the start, (V, 4, 3); None: as born, at rest.
+        poses, velocities: of the squares at the start, (V, 4, 3); None: as they start, at rest.
         self_collision: of both.
 
     Returns:

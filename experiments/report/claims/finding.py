@@ -24,8 +24,8 @@ class Finding:
     """What came out.
 
     Attributes:
-        verdict: on the claim.
-        reason: for the verdict.
+        verdict: The verdict on the claim.
+        reason: The reason for the verdict.
         tendency: what the runs point to, place by place, whatever the verdict.
         measured: a line for each place.
     """
@@ -41,10 +41,10 @@ class Place:
     """What came out at one place.
 
     Attributes:
-        where: which place.
+        where: The name of the place.
         says: about the claim, were it decided here alone.
-        n_runs: of the smaller sample.
-        leans: to the claim, whether or not that is significant.
+        n_runs: The number of runs of the smaller sample.
+        leans: Whether the numbers lean to the claim, significantly or not.
         tendency: a number that shows it.
         measured: a line with all numbers.
     """
@@ -69,9 +69,9 @@ def conclude(
 
     Args:
         places: where something was measured.
-        samples: by place, of all places that the claim is about.
+        samples: The values of the runs by place, of all places that the claim is about.
         needed: what supports the claim at a place, in words.
-        kind: of the numbers that show the tendency.
+        kind: What the numbers that show the tendency are, such as "medians ".
     """
     measured = tuple(place.measured for place in places)
     tendency = ""

@@ -132,7 +132,7 @@ def weight_growth(condition: FinishedRuns, *, random: bool = False) -> Values:
 
     Args:
         condition: what was evolved.
-        random: of random genomes in place of the champions; likewise in the next two.
+        random: Whether to take random genomes in place of the champions; likewise in the next two.
     """
     return _of_lives(
         condition,

@@ -37,7 +37,8 @@ class Claim:
     """A claim of the paper.
 
     Attributes:
-        number: of the claim; "14a" and "14b" are one sentence of the paper, read in two ways.
+        number: The number of the claim; "14a" and "14b" are one sentence of the paper, read in two
+            ways.
         source: where in the paper.
         says: the claim, one sentence.
         test: what is measured, and what would support the claim.
@@ -251,7 +252,7 @@ CLAIMS: Sequence[Claim] = (
     Claim(
         "21",
         "Sec. IV-D",
-        "Weights drawn from U(-1, 1) at birth make no difference.",
+        "Weights drawn from U(-1, 1) at the beginning make no difference.",
         "best speed of each run; within 20 % of the full model",
         partial(
             judges.against_full, judge=verdicts.alike, variant={"init": "uniform"}, name="U(-1, 1)"

@@ -25,7 +25,7 @@ def write_summary(run_folders: Sequence[Path], out: Path) -> Path:
     """Judge every claim by finished runs, and write REPORT.md.
 
     Args:
-        run_folders: of finished runs.
+        run_folders: The folders of finished runs.
         out: an existing folder.
 
     Returns:
@@ -104,7 +104,7 @@ def _page(claim: Claim, finding: Finding, out: Path) -> str:
         f"- **Measured, and what would support it**: {claim.test}",
         f"- **Commands**: {runs}, then `hebbtorch figures ROOT`; film: {film}",
         f"- **Tables**: {', '.join(f'[{name}]({name}.csv)' for name in drawn) or 'none yet'}",
-        "- **Tests**: of the rules and measures, `tests/experiments/test_claims.py`",
+        "- **Tests**: of the rules and measures, `tests/experiments/report/test_claims.py`",
         "",
         *([f"- {line}" for line in finding.measured] or ["- nothing measured"]),
         *(f"\n![{name}]({name}.png)" for name in drawn),

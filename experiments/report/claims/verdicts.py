@@ -106,7 +106,7 @@ def within(
 
     Args:
         samples: one value per run for every place; None if not measured.
-        bounds: for every place, least and most.
+        bounds: For every place the least and the greatest value that the claim allows.
         undefined: what NaN is: the worst that could be, for either bound (a failed episode), or
             to be left out (a gait that has no period).
     """
@@ -149,7 +149,7 @@ def greater_gain(one: Samples, other: Samples, names: Names) -> Finding:
     Args:
         one: the group that is claimed to gain more, by place.
         other: the other group, by the same places.
-        names: of the two groups.
+        names: The names of the two groups.
     """
     both = {
         where: (pair, rest)

@@ -60,18 +60,18 @@ def validation_matrix(run_folders: Sequence[Path], out: Path) -> list[Path]:
     ]
     if not found:
         return []
-    grounds = list(dict.fromkeys(name for _, table in found for name in _kinds(table)))
+    terrains = list(dict.fromkeys(name for _, table in found for name in _kinds(table)))
     damages = list(dict.fromkeys(str(name) for _, table in found for name in table["damage"]))
     shapes = list(dict.fromkeys(each.config.shape for each, _ in found))
     columns = max(sum(each.config.shape == shape for each, _ in found) for shape in shapes)
-    size = (0.5 + _CELL[0] * len(damages), 0.6 + _CELL[1] * len(grounds))
+    size = (0.5 + _CELL[0] * len(damages), 0.6 + _CELL[1] * len(terrains))
     with style.sheet(
         out, "validation_matrix", size, rows=len(shapes), columns=columns, sharey="all"
     ) as sheet:
         sheet.figure.suptitle(f"median {style.SPEED}", fontsize=8)
         for row, shape in enumerate(shapes):
             here = [
-                (each, _medians(table, grounds, damages))
+                (each, _medians(table, terrains, damages))
                 for each, table in found
                 if each.config.shape == shape
             ]
@@ -81,7 +81,7 @@ def validation_matrix(run_folders: Sequence[Path], out: Path) -> list[Path]:
                 axes = sheet.panel(row, i)
                 _draw_map(axes, medians, most)
                 axes.set_xticks(range(len(damages)), damages)
-                axes.set_yticks(range(len(grounds)), grounds)
+                axes.set_yticks(range(len(terrains)), terrains)
                 axes.set_title(f"{each.config.shape}\n{each.config.sensors}, {each.label}")
                 if row == len(shapes) - 1:
                     axes.set_xlabel("damage")
@@ -97,7 +97,7 @@ def validation_matrix(run_folders: Sequence[Path], out: Path) -> list[Path]:
             "median": float(value),
         }
         for each, table in found
-        for ground, line in zip(grounds, _medians(table, grounds, damages), strict=True)
+        for ground, line in zip(terrains, _medians(table, terrains, damages), strict=True)
         for damage, value in zip(damages, line, strict=True)
     ]
     caption = "Median over runs of each run's median speed over terrains and seeds [m/s]."
@@ -113,10 +113,10 @@ def _kinds(table: Table) -> list[str]:
     return [str(name) for name in table["terrain"]]
 
 
-def _medians(table: Table, grounds: Sequence[str], damages: Sequence[str]) -> Values:
-    """Shape (grounds, damages), NaN where there is nothing."""
-    medians = np.full((len(grounds), len(damages)), np.nan)
-    for i, ground in enumerate(grounds):
+def _medians(table: Table, terrains: Sequence[str], damages: Sequence[str]) -> Values:
+    """Shape (terrains, damages), NaN where there is nothing."""
+    medians = np.full((len(terrains), len(damages)), np.nan)
+    for i, ground in enumerate(terrains):
         for j, damage in enumerate(damages):
             cell = _where(_where(table, "terrain", ground), "damage", damage)
             if len(cell["run"]):

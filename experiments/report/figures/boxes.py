@@ -32,9 +32,9 @@ class Box:
     """One box.
 
     Attributes:
-        shape: the row.
+        shape: The body and sensors, which make the row.
         sensors: the group within the row.
-        label: the controller.
+        label: The name of the controller.
         values: one number per independent run [m/s]: what is tested.
         pooled: what is drawn, if that is more: every terrain of every run [m/s].
     """
@@ -75,11 +75,12 @@ def draw(
     """Draw boxes, with p above those that have a counterpart, and write the table.
 
     Args:
-        boxes: in the order of drawing; labels in the order of their first appearance.
+        boxes: The boxes in the order of drawing; labels follow in the order of their first
+            appearance.
         out: an existing folder.
-        name: of the files.
+        name: The name of the files.
         reference: the label that others are compared with.
-        caption: of the table.
+        caption: The caption of the table.
 
     Returns:
         The files; none if there are no boxes.

@@ -32,7 +32,7 @@ def settings(run_folders: Sequence[Path], out: Path) -> list[Path]:
             drawn.append(Box(each.where, setting, each.label, values))
     caption = (
         "Median speed of each run's champion over 30 episodes of a setting [m/s]: terrains of its "
-        "own evolution (training), unseen ones of the same kind, other grounds, kinds of damage, "
+        "own evolution (training), unseen ones of the same kind, other terrains, kinds of damage, "
         "gravity (9.8 m/s^2 in evolution) and friction (1.41 in evolution); medians over runs with "
         "95 % bootstrap intervals."
     )

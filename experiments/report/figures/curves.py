@@ -30,8 +30,8 @@ class Curve:
     Attributes:
         shape: the row of its panel.
         column: the column of its panel, such as the apparatus.
-        label: the controller.
-        x: shape (points,).
+        label: The name of the controller.
+        x: The abscissas, shape (points,).
         values: shape (runs, points) [m/s]; NaN where a run has none or failed.
         reference: a speed to compare with, a line across the panel [m/s].
     """
@@ -78,10 +78,10 @@ def draw(
     Args:
         curves: labels in the order of their first appearance.
         out: an existing folder.
-        name: of the files.
+        name: The name of the files.
         x_axis: the label, with its unit, and the name of the table's column.
-        caption: of the table.
-        points: at most so many of each curve go into the table, evenly spaced.
+        caption: The caption of the table.
+        points: The most points of a curve that go into the table, evenly spaced.
         reference: what the curves' references are.
 
     Returns:

@@ -25,8 +25,8 @@ class Frozen:
     """Speeds of controllers whose weights were frozen.
 
     Attributes:
-        runs: of the condition, shape (R,).
-        seconds: at which the weights were frozen, shape (S,).
+        runs: The indices of the runs of the condition, shape (R,).
+        seconds: The times at which the weights were frozen [s], shape (S,).
         speeds: median over terrains [m/s], shape (R, S); NaN where that is a failed episode.
     """
 

@@ -39,7 +39,7 @@ def effectiveness(run_folders: Sequence[Path], out: Path) -> list[Path]:
     """Fig. 2: speed of each run's best individual at the end of evolution.
 
     Args:
-        run_folders: of finished runs; those that do not belong here are passed over.
+        run_folders: The folders of finished runs; those that do not belong here are passed over.
         out: an existing folder.
 
     Returns:

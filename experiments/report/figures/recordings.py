@@ -13,10 +13,16 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from experiments.io import style
+from experiments.io.formats import require_format
 from experiments.io.reading import readable
 from experiments.report import tables
 from experiments.report.finished_runs import FinishedRuns, gather
-from experiments.runs.names import RANDOM_GENOMES, RECORDING, RECORDING_MEASURES
+from experiments.runs.names import (
+    RANDOM_GENOMES,
+    RECORDING,
+    RECORDING_FORMAT,
+    RECORDING_MEASURES,
+)
 
 __all__ = ["RecordedEpisode", "activations", "measures", "random_measures", "weight_distributions"]
 
@@ -35,8 +41,8 @@ class RecordedEpisode:
 
     Attributes:
         condition: where it evolved.
-        measures: what inner_life.json says of it.
-        arrays: what inner_life.npz holds of it, by name, without the axis of the runs.
+        measures: what recording.json says of it.
+        arrays: what recording.npz holds of it, by name, without the axis of the runs.
     """
 
     condition: FinishedRuns
@@ -69,15 +75,15 @@ def activations(run_folders: Sequence[Path], out: Path) -> list[Path]:
     conditions = gather(run_folders)
     variants: list[dict[str, str]] = [{}, {"normalize": "l2"}, {"normalize": "minmax"}]
     found = [each for variant in variants for each in _of_variant(conditions, variant)]
-    lives = sorted(_lives(found), key=lambda life: life.condition.where)
-    if not lives:
+    episodes = sorted(_best_episodes(found), key=lambda episode: episode.condition.where)
+    if not episodes:
         return []
-    with style.sheet(out, "activations", _PANEL, rows=len(lives), columns=3) as sheet:
-        for row, life in enumerate(lives):
+    with style.sheet(out, "activations", _PANEL, rows=len(episodes), columns=3) as sheet:
+        for row, episode in enumerate(episodes):
             for layer, name in enumerate(_LAYERS):
-                _draw_activations(sheet.panel(row, layer), life.arrays["histograms"][layer])
-                sheet.panel(row, layer).set_title(f"{life.title}\n{name} layer")
-            _draw_raster(sheet, sheet.panel(row, 2), life)
+                _draw_activations(sheet.panel(row, layer), episode.arrays["histograms"][layer])
+                sheet.panel(row, layer).set_title(f"{episode.title}\n{name} layer")
+            _draw_raster(sheet, sheet.panel(row, 2), episode)
     caption = (
         "Shares of the activations of the last seconds of an episode beyond +-0.9 (saturated) and "
         "within +-0.1 (middle), the share of neurons that switch between both ends, and period [s] "
@@ -92,11 +98,11 @@ def random_measures(condition: FinishedRuns) -> list[dict[str, Any]]:
     """As `measures`, of random genomes in place of the champions."""
     files = condition.files(RANDOM_GENOMES)
     folders = dict.fromkeys(path for _, _, path in files)
-    return [life for path in folders for life in _runs_in(path)]
+    return [episode for path in folders for episode in _runs_in(path)]
 
 
 def measures(condition: FinishedRuns) -> list[dict[str, Any]]:
-    """What inner_life.json says of each run, in order; empty if the condition was not analysed."""
+    """What recording.json says of each run, in order; empty if the condition was not analysed."""
     found = []
     for run, own, path in condition.files(RECORDING_MEASURES):
         with readable(path):
@@ -107,7 +113,9 @@ def measures(condition: FinishedRuns) -> list[dict[str, Any]]:
 def _runs_in(path: Path) -> list[dict[str, Any]]:
     """What a file of measures says of each run."""
     with readable(path):
-        of_runs = json.loads(path.read_text(encoding="utf-8"))["runs"]
+        content = json.loads(path.read_text(encoding="utf-8"))
+        require_format(content.get("format", RECORDING_FORMAT), RECORDING_FORMAT)
+        of_runs = content["runs"]
         if not isinstance(of_runs, list) or not all(isinstance(each, dict) for each in of_runs):
             raise ValueError("runs: expected a list of objects")
     return of_runs
@@ -117,18 +125,18 @@ def _weights(
     conditions: Sequence[FinishedRuns], out: Path, name: str, variant: Mapping[str, str]
 ) -> list[Path]:
     found = _of_variant(conditions, variant)
-    lives = _lives(found)
-    if not lives:
+    episodes = _best_episodes(found)
+    if not episodes:
         return []
-    n_times = max(len(life.arrays["times"]) for life in lives)
-    with style.sheet(out, name, _PANEL, rows=len(lives), columns=n_times, sharey="all") as sheet:
-        for row, life in enumerate(lives):
-            for k, time in enumerate(life.arrays["times"]):
+    n_times = max(len(episode.arrays["times"]) for episode in episodes)
+    with style.sheet(out, name, _PANEL, rows=len(episodes), columns=n_times, sharey="all") as sheet:
+        for row, episode in enumerate(episodes):
+            for k, time in enumerate(episode.arrays["times"]):
                 axes = sheet.panel(row, k)
-                layers = (life.arrays[f"weights_{layer}"][k] for layer in range(len(_LAYERS)))
+                layers = (episode.arrays[f"weights_{layer}"][k] for layer in range(len(_LAYERS)))
                 _draw_weights(axes, np.concatenate([layer.ravel() for layer in layers]))
-                axes.set_title(f"{life.title}, {time:.2g} s")
-                if row == len(lives) - 1:
+                axes.set_title(f"{episode.title}, {time:.2g} s")
+                if row == len(episodes) - 1:
                     axes.set_xlabel("weight")
             sheet.panel(row).set_ylabel("relative frequency")
     caption = (
@@ -149,8 +157,8 @@ def _of_variant(
     ]
 
 
-def _lives(conditions: Sequence[FinishedRuns]) -> list[RecordedEpisode]:
-    lives = []
+def _best_episodes(conditions: Sequence[FinishedRuns]) -> list[RecordedEpisode]:
+    episodes = []
     for condition in conditions:
         described = {each["run"]: each for each in measures(condition)}
         recorded = [each for each in condition.files(RECORDING) if each[0] in described]
@@ -159,10 +167,12 @@ def _lives(conditions: Sequence[FinishedRuns]) -> list[RecordedEpisode]:
         speeds = np.nan_to_num(condition.fitness, nan=-np.inf)
         run, own, path = max(recorded, key=lambda each: speeds[each[0]])
         with readable(path), np.load(path) as file:
+            if "format" in file:
+                require_format(file["format"].item(), RECORDING_FORMAT)
             arrays = {name: file[name][own] for name in file if name.startswith(_PER_RUN)}
             arrays["times"] = file["times"]
-        lives.append(RecordedEpisode(condition, described[run], arrays))
-    return lives
+        episodes.append(RecordedEpisode(condition, described[run], arrays))
+    return episodes
 
 
 def _draw_weights(axes: Axes, weights: NDArray[Any]) -> None:
@@ -179,9 +189,9 @@ def _draw_activations(axes: Axes, counts: NDArray[Any]) -> None:
     axes.set(xlabel="activation", ylabel="relative frequency", xlim=(-1, 1))
 
 
-def _draw_raster(sheet: style.Sheet, axes: Axes, life: RecordedEpisode) -> None:
+def _draw_raster(sheet: style.Sheet, axes: Axes, episode: RecordedEpisode) -> None:
     """Neurons (rows, outputs on top) against time, with the period of the gait marked."""
-    layers = [life.arrays[f"activations_{name}"] for name in _LAYERS]
+    layers = [episode.arrays[f"activations_{name}"] for name in _LAYERS]
     shown = np.concatenate(layers, axis=1)[-int(_RASTER * _STEPS) :].T.astype(np.float64)
     seconds = shown.shape[1] / _STEPS
     image = axes.imshow(
@@ -189,7 +199,7 @@ def _draw_raster(sheet: style.Sheet, axes: Axes, life: RecordedEpisode) -> None:
         origin="lower", extent=(0, seconds, 0, len(shown)),
     )  # fmt: skip
     axes.axhline(layers[0].shape[1], color="white", lw=0.8)
-    gait = life.measures["gait_period"]
+    gait = episode.measures["gait_period"]
     if gait is not None and gait < seconds:
         for time in np.arange(gait, seconds, gait):
             axes.axvline(time, color="white", lw=0.6, ls=":")
@@ -201,10 +211,10 @@ def _draw_raster(sheet: style.Sheet, axes: Axes, life: RecordedEpisode) -> None:
 def _weight_rows(conditions: Sequence[FinishedRuns]) -> list[dict[str, Any]]:
     names = ("second", "median", "largest", "diverged", "kurtosis")
     return [
-        _row(condition, whose, life["run"], {name: at_time[name] for name in names})
+        _row(condition, whose, episode["run"], {name: at_time[name] for name in names})
         for condition in conditions
-        for whose, life in _observed(condition)
-        for at_time in life["weights"]
+        for whose, episode in _observed(condition)
+        for at_time in episode["weights"]
     ]
 
 
@@ -212,26 +222,26 @@ def _activation_rows(conditions: Sequence[FinishedRuns]) -> list[dict[str, Any]]
     names = ("saturated", "middle", "switching", "period", "regularity")
     rows = []
     for condition in conditions:
-        for whose, life in _observed(condition):
+        for whose, episode in _observed(condition):
             of_layers = {
-                f"{name}_{layer}": life["layers"][layer][name]
+                f"{name}_{layer}": episode["layers"][layer][name]
                 for layer in _LAYERS
                 for name in names
             }
-            gait = {f"{name}_gait": life[f"gait_{name}"] for name in ("period", "regularity")}
-            gait["vibration"] = life.get("vibration")
-            rows.append(_row(condition, whose, life["run"], of_layers | gait))
+            gait = {f"{name}_gait": episode[f"gait_{name}"] for name in ("period", "regularity")}
+            gait["vibration"] = episode.get("vibration")
+            rows.append(_row(condition, whose, episode["run"], of_layers | gait))
     return rows
 
 
 def _observed(condition: FinishedRuns) -> Iterator[tuple[str, dict[str, Any]]]:
     """All that was observed: whose it is, and its measures."""
-    for whose, lives in (
+    for whose, episodes in (
         ("champion", measures(condition)),
         ("random genome", random_measures(condition)),
     ):
-        for life in lives:
-            yield whose, life
+        for episode in episodes:
+            yield whose, episode
 
 
 def _row(

@@ -17,8 +17,8 @@ def curve(label: str, values: np.ndarray, *, points: bool = False) -> dict[str, 
     """One curve; what is not a number is a gap.
 
     Args:
-        label: in the legend.
-        values: shape (X,).
+        label: The name in the legend.
+        values: The heights of the curve, shape (X,).
         points: whether to mark every value.
     """
     rounded = [round(value, 4) if math.isfinite(value) else None for value in values.tolist()]
@@ -38,11 +38,11 @@ def band(
     """A chart of the median of several runs within their quartiles.
 
     Args:
-        x: shape (X,).
+        x: The abscissas, shape (X,).
         table: shape (runs, X), NaN where a run has no value.
-        label: of what is drawn.
-        x_label: of the horizontal axis.
-        y_label: of the vertical axis.
+        label: The label of what is drawn.
+        x_label: The label of the horizontal axis.
+        y_label: The label of the vertical axis.
     """
     known = ~np.isnan(table).all(axis=0)
     low, middle, high = np.full((3, len(x)), np.nan)

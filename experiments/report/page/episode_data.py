@@ -9,9 +9,15 @@ from typing import Any
 import numpy as np
 
 from experiments.analysis.trajectory import Trajectory
-from physics.render.frame import voxel_outlines
+from physics.render import voxel_outlines
 
-__all__ = ["episode_data"]
+__all__ = ["EVERY", "WEIGHTS_EVERY", "episode_data"]
+
+EVERY = 2
+"""Control steps between two instants of an episode on a page: 30 per second."""
+
+WEIGHTS_EVERY = 0.5
+"""Seconds between two looks at the weights."""
 
 _CENTIMETRES = 100.0
 _MOST_SYNAPSES = 4000  # of a layer; of a larger one, so many are chosen evenly
@@ -23,8 +29,8 @@ def episode_data(course: Trajectory, name: str, *, inside: bool) -> dict[str, An
     """What the scripts of a page need to show an episode.
 
     Args:
-        course: of the robot, at even intervals.
-        name: of the episode, for its title.
+        course: The recorded episode of the robot, at even intervals.
+        name: The name of the episode, for its title.
         inside: whether to include the network: weights and activations.
 
     Returns:

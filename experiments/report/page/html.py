@@ -18,8 +18,8 @@ def page(title: str, sections: Iterable[str], data: Any = None) -> str:
     """A whole page.
 
     Args:
-        title: of the page, plain text.
-        sections: HTML.
+        title: The title of the page, plain text.
+        sections: The sections of the page, HTML.
         data: what the scripts draw, ready for JSON; None for a page without scripts.
     """
     body = "\n".join(sections)

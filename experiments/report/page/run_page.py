@@ -14,7 +14,7 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 
 from experiments.analysis.trajectory import Trajectory, record
 from experiments.report.page import charts
-from experiments.report.page.episode_data import episode_data
+from experiments.report.page.episode_data import EVERY, WEIGHTS_EVERY, episode_data
 from experiments.report.page.html import page, picture, section, table
 from experiments.runs.champions import Champions
 from experiments.runs.names import FREEZING, HISTORY
@@ -23,8 +23,6 @@ from experiments.runs.tensorboard.tracker import run_folders
 
 __all__ = ["run_page"]
 
-_EVERY = 2  # control steps between two instants of an episode: 30 per second
-_WEIGHTS_EVERY = 0.5  # [s]
 _FROZEN_AFTER = 1 / 3  # share of the episode after which the weights of one are frozen
 
 Table = list[dict[str, str]]
@@ -34,8 +32,8 @@ def run_page(folder: Path, seed: int = 0) -> str:
     """The HTML of a run's page.
 
     Args:
-        folder: of a finished run.
-        seed: of terrain, noise and damage of the episodes shown.
+        folder: The folder of a finished run.
+        seed: The seed of terrain, noise and damage of the episodes shown.
 
     Raises:
         ValueError: the run cannot be read, or the simulation of its champion fails at once.
@@ -76,13 +74,13 @@ def _episodes(champions: Champions, seed: int) -> dict[str, Trajectory]:
     config, genome = champions.config, champions.genomes[champions.best_run]
     whole = replace(config, damage="none")
     found = {
-        "champion": record(whole, genome, seed=seed, every=_EVERY, weights_every=_WEIGHTS_EVERY),
-        "damaged": record(replace(config, damage="half"), genome, seed=seed, every=_EVERY),
+        "champion": record(whole, genome, seed=seed, every=EVERY, weights_every=WEIGHTS_EVERY),
+        "damaged": record(replace(config, damage="half"), genome, seed=seed, every=EVERY),
     }
     if config.controller == "hebbian":
         second = float(round(config.duration * _FROZEN_AFTER)) or config.duration * _FROZEN_AFTER
         found[f"weights frozen at {second:g} s"] = record(
-            whole, genome, seed=seed, every=_EVERY, freeze_at=second
+            whole, genome, seed=seed, every=EVERY, freeze_at=second
         )
     return found
 

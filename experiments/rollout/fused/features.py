@@ -22,7 +22,7 @@ class Features:
     Attributes:
         average: Means of the activations over the last steps.
         every: Updates in some steps only.
-        decay: Weights leak.
+        decay: Whether a share of the weights is lost in each update.
         clip: Weights are cut.
         maximum: Layers are divided by their greatest weight.
         fixed: Weights that are not plastic are added.
@@ -56,7 +56,7 @@ def features_of(network: Controller, state: hebbtorch.State, masked: bool) -> Fe
 
     Args:
         network: One of which `why_not` says nothing.
-        state: Its state.
+        state: The network's state.
         masked: Whether who learns was said.
     """
     recurrent = isinstance(network, hebbtorch.HebbianRNN | hebbtorch.StaticRNN)
@@ -89,8 +89,8 @@ def why_not(network: Controller, state: hebbtorch.State) -> str | None:
     """Why the kernel cannot run a network: what it does not know; None where it can.
 
     Args:
-        network: Any network.
-        state: Its state.
+        network: The network that is asked about, of any kind.
+        state: The network's state.
     """
     kind = type(network)
     if kind in (hebbtorch.StaticMLP, hebbtorch.StaticRNN):
@@ -138,7 +138,7 @@ def _why_not_state(state: hebbtorch.State) -> str | None:
             return f"a state with {sorted(own - _MEMORY)}"
         step = memory.get("step")
         if step is not None and step.numel() and bool((step != step.flatten()[0]).any()):
-            return "individuals whose lives began at different steps"
+            return "individuals whose lifetimes began at different steps"
     return None
 
 

@@ -14,9 +14,8 @@ from functools import lru_cache
 
 from experiments.rollout.fused.features import Features
 from physics.backend import Kernel, Program, ti
-from physics.engine import actuation, kernels
-from physics.engine.lane_math import limited, magnitude, tanh
-from physics.engine.memory import layout as lay
+from physics.engine import closed_loop, limited, magnitude, receive, tanh
+from physics.engine import layout as lay
 
 # Sizes and switches, the same in every lane; KEEP is 1 - decay; LEARNS is 1 in the lanes of
 # those who learn; READINGS are the inputs that come from the body.
@@ -239,10 +238,10 @@ def kernel(features: Features, program: Program) -> Kernel:
             pre = post
             n_in = n_out
         for v in range(m.voxels):
-            actuation.receive(S, m, v, net[pre + v], T)
+            receive(S, m, v, net[pre + v], T)
         if ti.static(F.recurrent):
             hidden = _integer(net, SIZES + 1)
             for j in range(hidden):
                 net[first + readings + j] = net[first + readings + hidden + j]
 
-    return kernels.closed_loop(program, think)
+    return closed_loop(program, think)

@@ -29,7 +29,7 @@ from hebbtorch.state import Memory, intervened, memory_of
 from physics import Simulator
 from physics.backend import unpacked
 
-__all__ = ["FusedLoop", "pack"]
+__all__ = ["FusedLoop", "Share", "pack", "packed_rows"]
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Layout:
     Attributes:
         sizes: Neurons per layer, the inputs first, those of a recurrent network with the context.
         plastic: Whether the synapses are plastic.
-        features: Of the network.
+        features: The features of the network.
         average: Steps in a window.
     """
 
@@ -86,20 +86,23 @@ class FusedLoop:
         network: Where it came from.
         start: The state that it began with.
         layout: Where what stands in a row of items.
+        places: Where the worlds lie, counted through all lanes, (N,); None: in order.
     """
 
     items: Tensor
     network: Controller
     start: hebbtorch.State
     layout: Layout
+    places: Tensor | None = None
 
     def run(self, sim: Simulator, steps: int, monitor: hebbtorch.Monitor | None = None) -> None:
         """Lets the worlds of ``sim`` live for some control steps.
 
         Args:
-            sim: The worlds.
-            steps: How many.
-            monitor: Of this network; it looks at its steps as it does in a loop through torch.
+            sim: The simulator of the worlds.
+            steps: The number of control steps.
+            monitor: A monitor of this network; it looks at its steps as it does in a loop through
+                torch.
         """
         if monitor is not None:
             while steps > (ahead := monitor.until_sample()):
@@ -138,13 +141,15 @@ class FusedLoop:
 
     def _rows(self, first: int, count: int) -> Tensor:
         """Some items of each world, (worlds, count)."""
-        worlds = self.start.weights[0].shape[:-2].numel()
-        return self.items[:, first : first + count].clone().movedim(-1, 1).flatten(0, 1)[:worlds]
+        rows = self.items[:, first : first + count].clone().movedim(-1, 1).flatten(0, 1)
+        if self.places is not None:
+            return rows[self.places]
+        return rows[: self.start.weights[0].shape[:-2].numel()]
 
     def _memory(self, layer: int, old: Memory) -> Memory:
         """What a layer remembers now."""
         new = dict(old)
-        step = int(self.items[0, k.STEP, 0])
+        step = int(self._rows(k.STEP, 1)[0])
         if "step" in old:
             new["step"] = torch.full_like(old["step"], step)
         if "hidden" in old:
@@ -170,19 +175,52 @@ def pack(
     """Networks and their weights in the kernel's order.
 
     Args:
-        sim: N worlds.
-        network: Of N individuals (the dimensions of its population and of the state's batch
-            together), in the order of the worlds.
-        state: Their state.
+        sim: A simulator of N worlds.
+        network: The networks of N individuals (the dimensions of the population and of the state's
+            batch together), in the order of the worlds.
+        state: The networks' state.
         plastic: False freezes the weights; a bool mask of the shape of the individuals says who
             learns.
 
     Raises:
         ValueError: the networks do not fit the worlds, or have what the kernel does not know.
     """
+    worlds, layout = packed_rows(Share.of(sim), network, state, plastic)
+    items = worlds.new_zeros(sim.groups * sim.lanes, worlds.shape[1])
+    items[torch.from_numpy(sim.places).to(items.device)] = worlds
+    items = unpacked(items.unflatten(0, (sim.groups, sim.lanes)).movedim(1, -1), sim.lanes)
+    return FusedLoop(items, network, state, layout)
+
+
+@dataclass(frozen=True)
+class Share:
+    """Worlds with the same robot.
+
+    Attributes:
+        n_worlds: How many.
+        n_readings, n_voxels: Of the robot.
+        dtype, device: Of the simulation.
+    """
+
+    n_worlds: int
+    n_readings: int
+    n_voxels: int
+    dtype: torch.dtype
+    device: torch.device
+
+    @classmethod
+    def of(cls, sim: Simulator) -> Share:
+        """All worlds of a simulator."""
+        return cls(sim.n_worlds, sim.n_readings, sim.n_voxels, sim.dtype, sim.device)
+
+
+def packed_rows(
+    share: Share, network: Controller, state: hebbtorch.State, plastic: bool | Tensor = True
+) -> tuple[Tensor, Layout]:
+    """The rows of networks, (worlds, items), and where what stands in them; as for `pack`."""
     if reason := why_not(network, state):
         raise ValueError(f"loop: expected a network that the kernel knows, got {reason}")
-    _check_fit(sim, network, state)
+    _check_fit(share, network, state)
     mask = plastic if isinstance(plastic, Tensor) else None
     features = features_of(network, state, mask is not None)
     layers = plastic_layers(network)
@@ -190,26 +228,21 @@ def pack(
     sizes = (state.weights[0].shape[-1], *(w.shape[-2] for w in state.weights))
     layout = Layout(sizes, bool(layers), features, average)
     rows = [
-        _header(sim, network, state, layout, plastic is not False),
-        _activations(sim, state, layout),
+        _header(share, network, state, layout, plastic is not False),
+        _activations(share, state, layout),
     ]
     if features.bias:
-        rows.append(_biases(sim, network, state))
+        rows.append(_biases(share, network, state))
     if features.average:
-        rows.append(_windows(sim, state, layout))
-    rows += [_synapses(sim, layers, state, i, features) for i in range(len(state.weights))]
+        rows.append(_windows(share, state, layout))
+    rows += [_synapses(share, layers, state, i, features) for i in range(len(state.weights))]
     if features.mask:
-        rows[0][:, k.LEARNS] = _learners(state, mask).to(sim.device, sim.dtype)
-    worlds = torch.cat(rows, 1)
-    groups = -(-sim.n_worlds // sim.lanes)
-    if rest := groups * sim.lanes - sim.n_worlds:
-        worlds = torch.cat([worlds, worlds.new_zeros(rest, worlds.shape[1])])
-    items = unpacked(worlds.unflatten(0, (groups, sim.lanes)).movedim(1, -1), sim.lanes)
-    return FusedLoop(items, network, state, layout)
+        rows[0][:, k.LEARNS] = _learners(state, mask).to(share.device, share.dtype)
+    return torch.cat(rows, 1), layout
 
 
 def _header(
-    sim: Simulator, network: Controller, state: hebbtorch.State, layout: Layout, plastic: bool
+    share: Share, network: Controller, state: hebbtorch.State, layout: Layout, plastic: bool
 ) -> Tensor:
     """Header and sizes, (N, items)."""
     layers = plastic_layers(network)
@@ -219,39 +252,39 @@ def _header(
     header[k.STRIDE] = layout.stride
     header[k.PLASTIC] = float(bool(layers) and plastic)
     header[k.NORMALIZE] = NORMALIZATIONS.index(layers[0].normalize if layers else None)
-    header[k.READINGS] = sim.n_readings
+    header[k.READINGS] = share.n_readings
     header[k.STEP] = step_of(state)
     header[k.AVERAGE] = layout.average
     header[k.EVERY] = plan.every if plan else 1
     header[k.KEEP] = 1.0 - plan.decay if plan else 1.0
     header[k.CLIP] = plan.clip or 0.0 if plan else 0.0
     header += layout.sizes
-    return torch.tensor(header, dtype=sim.dtype, device=sim.device).repeat(sim.n_worlds, 1)
+    return torch.tensor(header, dtype=share.dtype, device=share.device).repeat(share.n_worlds, 1)
 
 
-def _activations(sim: Simulator, state: hebbtorch.State, layout: Layout) -> Tensor:
+def _activations(share: Share, state: hebbtorch.State, layout: Layout) -> Tensor:
     """Zeros, but for the context of a recurrent network; and place for the means."""
     count = layout.neurons * (2 if layout.features.average else 1)
-    activations = torch.zeros(sim.n_worlds, count, dtype=sim.dtype, device=sim.device)
+    activations = torch.zeros(share.n_worlds, count, dtype=share.dtype, device=share.device)
     hidden = memory_of(state, 0).get("hidden")
     if hidden is not None:
-        context = hidden.detach().reshape(sim.n_worlds, -1)
-        activations[:, sim.n_readings : sim.n_readings + context.shape[1]] = context
+        context = hidden.detach().reshape(share.n_worlds, -1)
+        activations[:, share.n_readings : share.n_readings + context.shape[1]] = context
     return activations
 
 
-def _biases(sim: Simulator, network: Controller, state: hebbtorch.State) -> Tensor:
+def _biases(share: Share, network: Controller, state: hebbtorch.State) -> Tensor:
     """Biases of all neurons but the inputs, (N, neurons)."""
     lead = state.weights[0].shape[:-2]
     if isinstance(network, hebbtorch.StaticMLP):
         biases = [network.gain * bias for bias in network.biases]
     else:
         biases = [layer.bias for layer in network.layers if layer.bias is not None]
-    rows = [b.detach().expand(*lead, *b.shape[-2:]).reshape(sim.n_worlds, -1) for b in biases]
-    return torch.cat(rows, 1).to(sim.device, sim.dtype)
+    rows = [b.detach().expand(*lead, *b.shape[-2:]).reshape(share.n_worlds, -1) for b in biases]
+    return torch.cat(rows, 1).to(share.device, share.dtype)
 
 
-def _windows(sim: Simulator, state: hebbtorch.State, layout: Layout) -> Tensor:
+def _windows(share: Share, state: hebbtorch.State, layout: Layout) -> Tensor:
     """The rings of the last activations, (N, average * neurons)."""
     memory = state.memory
     parts = [memory[0]["pre_window"], *(m["post_window"].mT for m in memory)]
@@ -260,11 +293,11 @@ def _windows(sim: Simulator, state: hebbtorch.State, layout: Layout) -> Tensor:
     step = step_of(state)
     places = [(step + 1 + back) % layout.average for back in range(layout.average)]
     ring[:, places] = oldest_first
-    return ring.reshape(sim.n_worlds, -1).to(sim.device, sim.dtype)
+    return ring.reshape(share.n_worlds, -1).to(share.device, share.dtype)
 
 
 def _synapses(
-    sim: Simulator,
+    share: Share,
     layers: list[hebbtorch.HebbianLinear],
     state: hebbtorch.State,
     index: int,
@@ -282,7 +315,7 @@ def _synapses(
         if features.fixed and layer.fixed is not None and layer.alpha is not None:
             parts += [layer.fixed, layer.alpha]
     synapses = torch.stack([part.detach().expand(weights.shape) for part in parts], -1)
-    return synapses.reshape(sim.n_worlds, -1).to(sim.device, sim.dtype)
+    return synapses.reshape(share.n_worlds, -1).to(share.device, share.dtype)
 
 
 def _learners(state: hebbtorch.State, mask: Tensor | None) -> Tensor:
@@ -300,15 +333,15 @@ def _learners(state: hebbtorch.State, mask: Tensor | None) -> Tensor:
     return learns.flatten()
 
 
-def _check_fit(sim: Simulator, network: Controller, state: hebbtorch.State) -> None:
+def _check_fit(share: Share, network: Controller, state: hebbtorch.State) -> None:
     ends = (network.sizes[0], network.sizes[-1])
-    if ends != (sim.n_readings, sim.n_voxels):
+    if ends != (share.n_readings, share.n_voxels):
         raise ValueError(
-            f"network: expected {sim.n_readings} inputs and {sim.n_voxels} outputs for these "
+            f"network: expected {share.n_readings} inputs and {share.n_voxels} outputs for these "
             f"readings and voxels, got {ends[0]} and {ends[1]}"
         )
     individuals = state.weights[0].shape[:-2].numel()
-    if individuals != sim.n_worlds:
+    if individuals != share.n_worlds:
         raise ValueError(
-            f"network: expected {sim.n_worlds} individuals, one per world, got {individuals}"
+            f"network: expected {share.n_worlds} individuals, one per world, got {individuals}"
         )

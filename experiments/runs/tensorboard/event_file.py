@@ -32,9 +32,9 @@ class EventFile:
         """Open a new file in a folder.
 
         Args:
-            folder: of the TensorBoard run, created if need be.
-            first_step: of what is logged for it and later steps by older files, nothing is shown;
-                None: all of it stays.
+            folder: The folder of the TensorBoard run, created if need be.
+            first_step: Nothing that older files logged for this step and later ones is shown; None:
+                all of it stays.
             part: names what the file holds; older files of the same part are replaced.
         """
         if part:
@@ -93,8 +93,8 @@ class EventFile:
         """Declare charts of a median within its quartiles, for the Custom Scalars tab.
 
         Args:
-            charts: by their names the three tags: median, lower and upper end of the band.
-            title: of all charts.
+            charts: Name of each chart -> its three tags: median, lower and upper end of the band.
+            title: The title of all charts.
         """
         layout: dict[str, Any] = {name: ["Margin", list(tags)] for name, tags in charts.items()}
         self._writer.add_custom_scalars({title: layout})

@@ -46,7 +46,7 @@ class Tracker:
         """Open the event files, to log from a generation on.
 
         Args:
-            folder: RUN.
+            folder: The run's folder, RUN.
             config: the options, logged as text and for the HParams tab.
             generation: the first one to be logged; of what an interrupted evolution logged for
                 it and later ones, nothing is shown.

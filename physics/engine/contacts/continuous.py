@@ -29,16 +29,16 @@ def remember(S: ti.template(), m: ti.template(), T: ti.template()):
 
 
 @ti.func
-def set_back(S: ti.template(), lists: ti.template(), m: ti.template(), T: ti.template()):
+def set_back(S: ti.template(), m: ti.template(), T: ti.template()):
     """Sets squares that have landed back to where they touched; returns how many contacts did.
 
     Until none does, the contacts must be detected anew.
     """
     zero, one = T.vec(0.0), T.vec(1.0)
     landed = 0
-    for n in range(lists[lay.L_CONTACTS]):
-        pair = S.at[lists[m.contact_list + 2 * n]]
-        place = lists[m.contact_list + 2 * n + 1]
+    for n in range(S.lists[lay.L_CONTACTS]):
+        pair = S.at[S.lists[m.contact_list + 2 * n]]
+        place = S.lists[m.contact_list + 2 * n + 1]
         body = S.at[place]
         voxel = place // lay.VOXEL_ITEMS
         number = 4 * voxel + (place - voxel * lay.VOXEL_ITEMS) // lay.BODY_ITEMS

@@ -1,7 +1,4 @@
-"""The ground under a group of worlds: a window of terrain segments, and contact detection.
-
-Each world stands on its own terrain. The segments around its robot are kept as lane vectors,
-so that detection needs no gathers; the window is filled anew when a robot nears its edge.
+"""Contacts of squares with the segments of terrain in the window (see `terrain_window`).
 
 A square on a segment touches in one or two points: its edge most opposed to the segment's
 normal, clipped to the segment's extent (MODEL.md, section 4).
@@ -12,12 +9,10 @@ import math
 from physics.backend import ti
 from physics.engine.lane_math import any_lane, magnitude
 from physics.engine.memory import layout as lay
-from physics.engine.memory.model import F_EXTENT, F_REACH
 from physics.scene import material
 
 _RADIUS = material.SQUARE_HALF * math.sqrt(2)  # of the circle around a square [m]
 _OUTSKIRTS = _RADIUS * math.sqrt(2) + 0.01  # beyond that a square is surely not near [m]
-MARGIN = 2.0  # ground kept ready beyond what is within reach [m]
 _FAR = 1e30
 # The segment's normal is taken unless another direction is this much less deep [m]: which of two
 # equal depths is the less is left to rounding, and a contact whose normal changes starts anew.
@@ -25,87 +20,11 @@ _PREFERENCE = 0.1 * material.LINEAR_TOLERANCE
 
 
 @ti.func
-def update_window(
-    S: ti.template(),
-    terrain: ti.template(),
-    m: ti.template(),
-    mf: ti.template(),
-    T: ti.template(),
-):
-    """Keeps the segments within reach of every square of each robot in the window."""
-    if m.segments > 0:
-        reach = mf[F_REACH]
-        low = T.vec(_FAR)
-        high = T.vec(-_FAR)
-        for v in range(m.voxels):
-            for k in range(4):
-                x = S[v * lay.VOXEL_ITEMS + k * lay.BODY_ITEMS + lay.X]
-                low = ti.select(x < low, x, low)
-                high = ti.select(x > high, x, high)
-        low = low - reach
-        high = high + reach
-        leaves = (low < S[m.header + lay.H_WINDOW_LOW]) | (high > S[m.header + lay.H_WINDOW_HIGH])
-        if any_lane(leaves, T):
-            marks = ti.select(leaves, T.vec(1.0), T.vec(0.0))
-            for lane in range(T.lanes):
-                if marks[lane] > T.f(0.0):
-                    start = low[lane] - T.f(MARGIN)
-                    _fill_lane(S, terrain, m, lane, start, start + mf[F_EXTENT], T)
-
-
-@ti.func
-def _fill_lane(
-    S: ti.template(), terrain: ti.template(), m: ti.template(), lane, low, high, T: ti.template()
-):
-    """Fills one lane of the window with the segments between the abscissas ``low`` and ``high``.
-
-    It holds no others, though it may have place for more: how many depends on the terrains of
-    other worlds. The first segment has an even number, so that a segment keeps its parity, which
-    is what names a contact pair, as the window moves.
-    """
-    world = S.number * T.places + lane
-    points = terrain.shape[1]
-    first = ti.cast(S[m.header + lay.H_WINDOW_BASE][lane], ti.i32)
-    while first > 0 and terrain[world, first, 0] > low:
-        first -= 1
-    while first < points - 2 and terrain[world, first + 1, 0] <= low:
-        first += 1
-    first -= first % 2
-    top = T.f(-_FAR)
-    end = T.f(_FAR)
-    for k in range(m.segments):
-        segment = S.at[m.window + lay.SEGMENT_ITEMS * k]
-        index = ti.min(first + k, points - 2)
-        x0, y0 = terrain[world, index, 0], terrain[world, index, 1]
-        dx = terrain[world, index + 1, 0] - x0
-        dy = terrain[world, index + 1, 1] - y0
-        length = ti.sqrt(dx * dx + dy * dy)
-        for y in ti.static((y0, y0 + dy)):
-            if y > top:  # which no point without height is
-                top = y
-        last = first + k > points - 2
-        if last or x0 > high:  # nothing to stand on
-            y0 = T.f(-_FAR)
-        if not last and x0 > high and x0 < end:
-            end = x0
-        segment[lay.SE_X][lane] = x0
-        segment[lay.SE_Y][lane] = y0
-        segment[lay.SE_TX][lane] = dx / length
-        segment[lay.SE_TY][lane] = dy / length
-        segment[lay.SE_LENGTH][lane] = length
-        segment[lay.SE_END][lane] = terrain[world, index + 1, 0]
-    S[m.header + lay.H_WINDOW_TOP][lane] = top
-    S[m.header + lay.H_WINDOW_BASE][lane] = ti.cast(first, T.f)
-    S[m.header + lay.H_WINDOW_LOW][lane] = terrain[world, first, 0] if first > 0 else T.f(-_FAR)
-    S[m.header + lay.H_WINDOW_HIGH][lane] = end
-
-
-@ti.func
-def detect(S: ti.template(), lists: ti.template(), m: ti.template(), T: ti.template()):
+def detect(S: ti.template(), m: ti.template(), T: ti.template()):
     """Finds the contacts of the poses reached; points found again keep their impulses."""
-    old = lists[lay.L_CONTACTS]
+    old = S.lists[lay.L_CONTACTS]
     for n in range(old):
-        _forget(S.at[lists[m.contact_list + 2 * n]], T)
+        _forget(S.at[S.lists[m.contact_list + 2 * n]], T)
     count = 0
     for v in range(m.voxels):
         block = v * lay.VOXEL_ITEMS
@@ -113,14 +32,14 @@ def detect(S: ti.template(), lists: ti.template(), m: ti.template(), T: ti.templ
         for k in range(4 * lay.PAIRS_PER_BODY):
             if touched & (1 << k):
                 entry = m.contact_list_new + 2 * count
-                lists[entry] = block + lay.PAIRS + k * lay.PAIR_ITEMS
-                lists[entry + 1] = block + (k // lay.PAIRS_PER_BODY) * lay.BODY_ITEMS
+                S.lists[entry] = block + lay.PAIRS + k * lay.PAIR_ITEMS
+                S.lists[entry + 1] = block + (k // lay.PAIRS_PER_BODY) * lay.BODY_ITEMS
                 count += 1
     for n in range(old):
-        _drop_lost(S.at[lists[m.contact_list + 2 * n]], T)
+        _drop_lost(S.at[S.lists[m.contact_list + 2 * n]], T)
     for n in range(2 * count):
-        lists[m.contact_list + n] = lists[m.contact_list_new + n]
-    lists[lay.L_CONTACTS] = count
+        S.lists[m.contact_list + n] = S.lists[m.contact_list_new + n]
+    S.lists[lay.L_CONTACTS] = count
 
 
 @ti.func

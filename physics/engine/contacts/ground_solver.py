@@ -13,17 +13,17 @@ from physics.scene import material
 
 
 @ti.func
-def prepare(S: ti.template(), lists: ti.template(), m: ti.template(), T: ti.template()):
+def prepare(S: ti.template(), m: ti.template(), T: ti.template()):
     """Arms, effective masses and target velocities of all contacts, then warm starts."""
-    count = lists[lay.L_CONTACTS]
+    count = S.lists[lay.L_CONTACTS]
     for n in range(count):
-        pair = S.at[lists[m.contact_list + 2 * n]]
-        body = S.at[lists[m.contact_list + 2 * n + 1]]
+        pair = S.at[S.lists[m.contact_list + 2 * n]]
+        body = S.at[S.lists[m.contact_list + 2 * n + 1]]
         for p in range(2):
             _prepare_point(pair, body, lay.PA_POINTS + p * lay.POINT_ITEMS, T)
     for n in range(count):
-        pair = S.at[lists[m.contact_list + 2 * n]]
-        body = S.at[lists[m.contact_list + 2 * n + 1]]
+        pair = S.at[S.lists[m.contact_list + 2 * n]]
+        body = S.at[S.lists[m.contact_list + 2 * n + 1]]
         nx, ny = pair[lay.PA_NX], pair[lay.PA_NY]
         for p in range(2):
             o = lay.PA_POINTS + p * lay.POINT_ITEMS
@@ -55,15 +55,13 @@ def _prepare_point(pair: ti.template(), body: ti.template(), o, T: ti.template()
 
 
 @ti.func
-def solve_velocities(
-    S: ti.template(), lists: ti.template(), m: ti.template(), mf: ti.template(), T: ti.template()
-):
+def solve_velocities(S: ti.template(), m: ti.template(), T: ti.template()):
     """One iteration: for each pair the friction of its points, then their normal impulses."""
-    friction = _friction(S, m, mf, T)
+    friction = _friction(S, m, T)
     zero = T.vec(0.0)
-    for n in range(lists[lay.L_CONTACTS]):
-        pair = S.at[lists[m.contact_list + 2 * n]]
-        body = S.at[lists[m.contact_list + 2 * n + 1]]
+    for n in range(S.lists[lay.L_CONTACTS]):
+        pair = S.at[S.lists[m.contact_list + 2 * n]]
+        body = S.at[S.lists[m.contact_list + 2 * n + 1]]
         nx, ny = pair[lay.PA_NX], pair[lay.PA_NY]
         vx, vy, w = body[lay.VX], body[lay.VY], body[lay.W]
         for p in range(2):
@@ -94,24 +92,22 @@ def solve_velocities(
 
 
 @ti.func
-def _friction(S: ti.template(), m: ti.template(), mf: ti.template(), T: ti.template()):
+def _friction(S: ti.template(), m: ti.template(), T: ti.template()):
     """The coefficient of friction, of every world or of all."""
     if ti.static(T.features.varied):
         return S[m.header + lay.H_FRICTION]
-    return mf[F_FRICTION]
+    return m.numbers[F_FRICTION]
 
 
 @ti.func
-def solve_positions(
-    S: ti.template(), lists: ti.template(), m: ti.template(), live, T: ti.template()
-):
+def solve_positions(S: ti.template(), m: ti.template(), live, T: ti.template()):
     """One iteration of the position stage on live lanes; returns the lanes still too deep."""
     zero = T.vec(0.0)
     tolerance = T.f(material.LINEAR_TOLERANCE)
     off = live < live
-    for n in range(lists[lay.L_CONTACTS]):
-        pair = S.at[lists[m.contact_list + 2 * n]]
-        body = S.at[lists[m.contact_list + 2 * n + 1]]
+    for n in range(S.lists[lay.L_CONTACTS]):
+        pair = S.at[S.lists[m.contact_list + 2 * n]]
+        body = S.at[S.lists[m.contact_list + 2 * n + 1]]
         nx, ny = pair[lay.PA_NX], pair[lay.PA_NY]
         for p in range(2):
             o = lay.PA_POINTS + p * lay.POINT_ITEMS

@@ -23,22 +23,20 @@ _FAR = 1e30
 
 
 @ti.func
-def detect(
-    S: ti.template(), lists: ti.template(), m: ti.template(), mi: ti.template(), T: ti.template()
-):
+def detect(S: ti.template(), m: ti.template(), T: ti.template()):
     """Finds the self-contacts of the poses reached; points found again keep their impulses."""
-    _remember(S, lists, m, T)
+    _remember(S, m, T)
     _bound_voxels(S, m, T)
-    old = lists[lay.L_SELF_CONTACTS]
+    old = S.lists[lay.L_SELF_CONTACTS]
     count = 0
     cursor = 0
     held = T.vec(0.0)
     limit = T.vec(ti.cast(m.self_contact_limit, T.f))
     for n in range(m.voxel_pairs):
         row = m.pair_table + PAIR_ROW * n
-        voxel1 = mi[row]
-        voxel2 = mi[row + 1]
-        welded = mi[row + 2]
+        voxel1 = m.integers[row]
+        voxel2 = m.integers[row + 1]
+        welded = m.integers[row + 2]
         first = voxel1 * lay.VOXEL_ITEMS
         squares = 0
         if _neighbours(S, m, voxel1, voxel2, welded, T):
@@ -56,18 +54,18 @@ def detect(
                     if any_lane(hit, T):
                         held = ti.select(hit, held + T.f(1.0), held)
                         entry = m.self_contact_list + lay.SELF_CONTACT_ENTRY * count
-                        lists[entry] = _SQUARES * _SQUARES * n + k
-                        lists[entry + 1] = body1
-                        lists[entry + 2] = body2
-                        cursor = _recall(S, lists, m, count, cursor, old, T)
+                        S.lists[entry] = _SQUARES * _SQUARES * n + k
+                        S.lists[entry + 1] = body1
+                        S.lists[entry + 2] = body2
+                        cursor = _recall(S, m, count, cursor, old, T)
                         count += 1
-    lists[lay.L_SELF_CONTACTS] = count
+    S.lists[lay.L_SELF_CONTACTS] = count
 
 
 @ti.func
-def _remember(S: ti.template(), lists: ti.template(), m: ti.template(), T: ti.template()):
+def _remember(S: ti.template(), m: ti.template(), T: ti.template()):
     """Keeps keys and impulses of the self-contacts so far, for those that are found again."""
-    for n in range(lists[lay.L_SELF_CONTACTS]):
+    for n in range(S.lists[lay.L_SELF_CONTACTS]):
         touch = S.at[m.self_contact_block + lay.SELF_CONTACT_ITEMS * n]
         memory = S.at[m.self_contact_memory + lay.MEMORY_ITEMS * n]
         memory[0] = touch[lay.SC_KEY]
@@ -75,14 +73,13 @@ def _remember(S: ti.template(), lists: ti.template(), m: ti.template(), T: ti.te
             point = lay.SC_POINTS + lay.SELF_CONTACT_POINT_ITEMS * p
             memory[1 + 2 * p] = touch[point + lay.MP_JN]
             memory[2 + 2 * p] = touch[point + lay.MP_JT]
-        number = lists[m.self_contact_list + lay.SELF_CONTACT_ENTRY * n]
-        lists[m.self_contact_list_old + n] = number
+        number = S.lists[m.self_contact_list + lay.SELF_CONTACT_ENTRY * n]
+        S.lists[m.self_contact_list_old + n] = number
 
 
 @ti.func
 def _recall(
     S: ti.template(),
-    lists: ti.template(),
     m: ti.template(),
     count,
     cursor,
@@ -93,15 +90,15 @@ def _recall(
 
     They are listed in order, so the old one is sought from the cursor on; returns its place.
     """
-    number = lists[m.self_contact_list + lay.SELF_CONTACT_ENTRY * count]
+    number = S.lists[m.self_contact_list + lay.SELF_CONTACT_ENTRY * count]
     touch = S.at[m.self_contact_block + lay.SELF_CONTACT_ITEMS * count]
     place = cursor
-    while place < old and lists[m.self_contact_list_old + place] < number:
+    while place < old and S.lists[m.self_contact_list_old + place] < number:
         place += 1
     memory = S.at[m.self_contact_memory + lay.MEMORY_ITEMS * place]
     zero = T.vec(0.0)
     same = zero < zero
-    if place < old and lists[m.self_contact_list_old + place] == number:
+    if place < old and S.lists[m.self_contact_list_old + place] == number:
         same = memory[0] == touch[lay.SC_KEY]
     for p in range(2):
         point = lay.SC_POINTS + lay.SELF_CONTACT_POINT_ITEMS * p

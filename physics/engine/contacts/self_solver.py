@@ -15,12 +15,12 @@ _HUGE = 1e30  # more than any impulse
 
 
 @ti.func
-def prepare(S: ti.template(), lists: ti.template(), m: ti.template(), T: ti.template()):
+def prepare(S: ti.template(), m: ti.template(), T: ti.template()):
     """Target velocities of the bounces, from the velocities before any warm start."""
-    for n in range(lists[lay.L_SELF_CONTACTS]):
+    for n in range(S.lists[lay.L_SELF_CONTACTS]):
         self_contact = S.at[m.self_contact_block + lay.SELF_CONTACT_ITEMS * n]
         entry = m.self_contact_list + lay.SELF_CONTACT_ENTRY * n
-        body1, body2 = S.at[lists[entry + 1]], S.at[lists[entry + 2]]
+        body1, body2 = S.at[S.lists[entry + 1]], S.at[S.lists[entry + 2]]
         nx, ny = self_contact[lay.SC_NX], self_contact[lay.SC_NY]
         dx = body2[lay.VX] - body1[lay.VX]
         dy = body2[lay.VY] - body1[lay.VY]
@@ -40,13 +40,13 @@ def prepare(S: ti.template(), lists: ti.template(), m: ti.template(), T: ti.temp
 
 
 @ti.func
-def warm_start(S: ti.template(), lists: ti.template(), m: ti.template(), T: ti.template()):
+def warm_start(S: ti.template(), m: ti.template(), T: ti.template()):
     """Applies the impulses of the last step."""
-    for n in range(lists[lay.L_SELF_CONTACTS]):
+    for n in range(S.lists[lay.L_SELF_CONTACTS]):
         self_contact = S.at[m.self_contact_block + lay.SELF_CONTACT_ITEMS * n]
         entry = m.self_contact_list + lay.SELF_CONTACT_ENTRY * n
         for second in range(2):
-            body = S.at[lists[entry + 1 + second]]
+            body = S.at[S.lists[entry + 1 + second]]
             sign = T.f(1.0) if second != 0 else T.f(-1.0)
             nx, ny = self_contact[lay.SC_NX] * sign, self_contact[lay.SC_NY] * sign
             for p in range(2):
@@ -60,12 +60,12 @@ def warm_start(S: ti.template(), lists: ti.template(), m: ti.template(), T: ti.t
 
 
 @ti.func
-def solve_velocities(S: ti.template(), lists: ti.template(), m: ti.template(), T: ti.template()):
+def solve_velocities(S: ti.template(), m: ti.template(), T: ti.template()):
     """One iteration: for each contact the friction of its points, then their normal impulses."""
-    for n in range(lists[lay.L_SELF_CONTACTS]):
+    for n in range(S.lists[lay.L_SELF_CONTACTS]):
         self_contact = S.at[m.self_contact_block + lay.SELF_CONTACT_ITEMS * n]
         entry = m.self_contact_list + lay.SELF_CONTACT_ENTRY * n
-        body1, body2 = S.at[lists[entry + 1]], S.at[lists[entry + 2]]
+        body1, body2 = S.at[S.lists[entry + 1]], S.at[S.lists[entry + 2]]
         nx, ny = self_contact[lay.SC_NX], self_contact[lay.SC_NY]
         v1x, v1y, w1 = body1[lay.VX], body1[lay.VY], body1[lay.W]
         v2x, v2y, w2 = body2[lay.VX], body2[lay.VY], body2[lay.W]
@@ -109,17 +109,15 @@ def solve_velocities(S: ti.template(), lists: ti.template(), m: ti.template(), T
 
 
 @ti.func
-def solve_positions(
-    S: ti.template(), lists: ti.template(), m: ti.template(), live, T: ti.template()
-):
+def solve_positions(S: ti.template(), m: ti.template(), live, T: ti.template()):
     """One iteration of the position stage on live lanes; returns the lanes still too deep."""
     zero = T.vec(0.0)
     tolerance = T.f(material.LINEAR_TOLERANCE)
     off = live < live
-    for n in range(lists[lay.L_SELF_CONTACTS]):
+    for n in range(S.lists[lay.L_SELF_CONTACTS]):
         self_contact = S.at[m.self_contact_block + lay.SELF_CONTACT_ITEMS * n]
         entry = m.self_contact_list + lay.SELF_CONTACT_ENTRY * n
-        body1, body2 = S.at[lists[entry + 1]], S.at[lists[entry + 2]]
+        body1, body2 = S.at[S.lists[entry + 1]], S.at[S.lists[entry + 2]]
         nx, ny = self_contact[lay.SC_NX], self_contact[lay.SC_NY]
         for p in range(2):
             point = lay.SC_POINTS + lay.SELF_CONTACT_POINT_ITEMS * p
@@ -146,7 +144,7 @@ def solve_positions(
                 )  # most self-contacts are less deep than the tolerance
                 sides = 2 if any_lane(moves, T) else 0
                 for second in range(sides):  # a loop, because it compiles the code of ``move`` once
-                    body = S.at[lists[entry + 1 + second]]
+                    body = S.at[S.lists[entry + 1 + second]]
                     shift = zero - change
                     arm = a1
                     if second != 0:

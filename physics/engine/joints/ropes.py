@@ -14,16 +14,14 @@ _COUNT = len(material.ROPES)
 
 
 @ti.func
-def prepare(
-    S: ti.template(), lists: ti.template(), m: ti.template(), mi: ti.template(), T: ti.template()
-):
+def prepare(S: ti.template(), m: ti.template(), T: ti.template()):
     """Lists the ropes that are short in any lane and applies their last impulses."""
     count = 0
     if m.ropes != 0:
         for v in range(m.voxels):
             for k in range(_COUNT):
-                place1 = v * lay.VOXEL_ITEMS + mi[I_ROPES + I_ROPE_ROW * k]
-                place2 = v * lay.VOXEL_ITEMS + mi[I_ROPES + I_ROPE_ROW * k + 1]
+                place1 = v * lay.VOXEL_ITEMS + m.integers[I_ROPES + I_ROPE_ROW * k]
+                place2 = v * lay.VOXEL_ITEMS + m.integers[I_ROPES + I_ROPE_ROW * k + 1]
                 place = v * lay.VOXEL_ITEMS + lay.ROPES + lay.ROPE_ITEMS * k
                 body1, body2, rope = S.at[place1], S.at[place2], S.at[place]
                 dx = body1[lay.X] - body2[lay.X]
@@ -40,21 +38,21 @@ def prepare(
                     rope[lay.RO_ACTIVE] = ti.select(short, T.vec(1.0), T.vec(0.0))
                     _apply(body1, body2, nx * impulse, ny * impulse)
                     entry = m.rope_list + 3 * count
-                    lists[entry] = place
-                    lists[entry + 1] = place1
-                    lists[entry + 2] = place2
+                    S.lists[entry] = place
+                    S.lists[entry + 1] = place1
+                    S.lists[entry + 2] = place2
                     count += 1
                 rope[lay.RO_IMPULSE] = impulse
-    lists[lay.L_ROPES] = count
+    S.lists[lay.L_ROPES] = count
 
 
 @ti.func
-def solve_velocities(S: ti.template(), lists: ti.template(), m: ti.template(), T: ti.template()):
+def solve_velocities(S: ti.template(), m: ti.template(), T: ti.template()):
     """One iteration over the active ropes. K = 2 inverse masses: the anchors are centres."""
-    for n in range(lists[lay.L_ROPES]):
-        rope = S.at[lists[m.rope_list + 3 * n]]
-        body1 = S.at[lists[m.rope_list + 3 * n + 1]]
-        body2 = S.at[lists[m.rope_list + 3 * n + 2]]
+    for n in range(S.lists[lay.L_ROPES]):
+        rope = S.at[S.lists[m.rope_list + 3 * n]]
+        body1 = S.at[S.lists[m.rope_list + 3 * n + 1]]
+        body2 = S.at[S.lists[m.rope_list + 3 * n + 2]]
         nx, ny = rope[lay.RO_NX], rope[lay.RO_NY]
         speed = nx * (body1[lay.VX] - body2[lay.VX]) + ny * (body1[lay.VY] - body2[lay.VY])
         change = speed * rope[lay.RO_ACTIVE] * T.f(-0.5)
@@ -63,15 +61,13 @@ def solve_velocities(S: ti.template(), lists: ti.template(), m: ti.template(), T
 
 
 @ti.func
-def solve_positions(
-    S: ti.template(), lists: ti.template(), m: ti.template(), live, T: ti.template()
-):
+def solve_positions(S: ti.template(), m: ti.template(), live, T: ti.template()):
     """One iteration of the position stage on live lanes; returns the lanes still off."""
     off = live < live
-    for n in range(lists[lay.L_ROPES]):
-        rope = S.at[lists[m.rope_list + 3 * n]]
-        body1 = S.at[lists[m.rope_list + 3 * n + 1]]
-        body2 = S.at[lists[m.rope_list + 3 * n + 2]]
+    for n in range(S.lists[lay.L_ROPES]):
+        rope = S.at[S.lists[m.rope_list + 3 * n]]
+        body1 = S.at[S.lists[m.rope_list + 3 * n + 1]]
+        body2 = S.at[S.lists[m.rope_list + 3 * n + 2]]
         dx = body1[lay.X] - body2[lay.X]
         dy = body1[lay.Y] - body2[lay.Y]
         length = ti.sqrt(dx * dx + dy * dy)

@@ -34,23 +34,21 @@ _COUNT = len(material.SPRINGS)
 
 
 @ti.func
-def prepare(
-    S: ti.template(), m: ti.template(), mi: ti.template(), mf: ti.template(), T: ti.template()
-):
+def prepare(S: ti.template(), m: ti.template(), T: ti.template()):
     """Directions, arms and biases for this step; applies the impulses of the last one."""
     for v in range(m.voxels):
         block = v * lay.VOXEL_ITEMS
         for k in range(_COUNT):
             row = F_SPRINGS + F_SPRING_ROW * k
-            body1 = S.at[block + mi[I_SPRINGS + I_SPRING_ROW * k]]
-            body2 = S.at[block + mi[I_SPRINGS + I_SPRING_ROW * k + 1]]
+            body1 = S.at[block + m.integers[I_SPRINGS + I_SPRING_ROW * k]]
+            body2 = S.at[block + m.integers[I_SPRINGS + I_SPRING_ROW * k + 1]]
             spring = S.at[block + lay.SPRINGS + lay.SPRING_ITEMS * k]
             c1, s1 = body1[lay.COS], body1[lay.SIN]
             c2, s2 = body2[lay.COS], body2[lay.SIN]
-            r1x = c1 * mf[row + FS_X1] - s1 * mf[row + FS_Y1]
-            r1y = s1 * mf[row + FS_X1] + c1 * mf[row + FS_Y1]
-            r2x = c2 * mf[row + FS_X2] - s2 * mf[row + FS_Y2]
-            r2y = s2 * mf[row + FS_X2] + c2 * mf[row + FS_Y2]
+            r1x = c1 * m.numbers[row + FS_X1] - s1 * m.numbers[row + FS_Y1]
+            r1y = s1 * m.numbers[row + FS_X1] + c1 * m.numbers[row + FS_Y1]
+            r2x = c2 * m.numbers[row + FS_X2] - s2 * m.numbers[row + FS_Y2]
+            r2y = s2 * m.numbers[row + FS_X2] + c2 * m.numbers[row + FS_Y2]
             dx = (body1[lay.X] - body2[lay.X]) + (r1x - r2x)
             dy = (body1[lay.Y] - body2[lay.Y]) + (r1y - r2y)
             cross1 = (r1x * dy - r1y * dx) * T.f(1 / lay.GYRATION)
@@ -69,9 +67,11 @@ def prepare(
             arm2 = cross2 * per_length
             actuation = S[block + lay.ACTUATION]
             slope = ti.select(
-                actuation >= T.f(0.0), T.vec(mf[row + FS_SHRINK]), T.vec(mf[row + FS_GROW])
+                actuation >= T.f(0.0),
+                T.vec(m.numbers[row + FS_SHRINK]),
+                T.vec(m.numbers[row + FS_GROW]),
             )
-            rest = mf[row + FS_REST] - slope * actuation
+            rest = m.numbers[row + FS_REST] - slope * actuation
             impulse = spring[lay.SP_IMPULSE] * spring[lay.SP_SCALE] * (q * inverse)
             spring[lay.SP_NX] = nx
             spring[lay.SP_NY] = ny

@@ -37,13 +37,13 @@ def _axis(c, s, above, T: ti.template()):
 
 
 @ti.func
-def prepare(S: ti.template(), m: ti.template(), mi: ti.template(), T: ti.template()):
+def prepare(S: ti.template(), m: ti.template(), T: ti.template()):
     """Axes for this step; applies the impulses of the last one."""
     for n in range(m.welds):
         row = m.weld_table + I_WELD_ROW * n
-        body1, body2 = S.at[mi[row]], S.at[mi[row + 1]]
+        body1, body2 = S.at[m.integers[row]], S.at[m.integers[row + 1]]
         weld = S.at[m.weld_block + lay.WELD_ITEMS * n]
-        ux, uy = _axis(body2[lay.COS], body2[lay.SIN], mi[row + 2], T)
+        ux, uy = _axis(body2[lay.COS], body2[lay.SIN], m.integers[row + 2], T)
         weld[lay.WE_UX] = ux
         weld[lay.WE_UY] = uy
         px, py, pw = weld[lay.WE_PX], weld[lay.WE_PY], weld[lay.WE_PW]
@@ -56,11 +56,11 @@ def prepare(S: ti.template(), m: ti.template(), mi: ti.template(), T: ti.templat
 
 
 @ti.func
-def solve_velocities(S: ti.template(), m: ti.template(), mi: ti.template(), T: ti.template()):
+def solve_velocities(S: ti.template(), m: ti.template(), T: ti.template()):
     """One iteration over all welds: each makes the bodies' velocities agree at its anchor."""
     for n in range(m.welds):
         row = m.weld_table + I_WELD_ROW * n
-        body1, body2 = S.at[mi[row]], S.at[mi[row + 1]]
+        body1, body2 = S.at[m.integers[row]], S.at[m.integers[row + 1]]
         weld = S.at[m.weld_block + lay.WELD_ITEMS * n]
         ux, uy = weld[lay.WE_UX], weld[lay.WE_UY]
         v1x, v1y, w1 = body1[lay.VX], body1[lay.VY], body1[lay.W]
@@ -87,17 +87,17 @@ def solve_velocities(S: ti.template(), m: ti.template(), mi: ti.template(), T: t
 
 
 @ti.func
-def solve_positions(S: ti.template(), m: ti.template(), mi: ti.template(), live, T: ti.template()):
+def solve_positions(S: ti.template(), m: ti.template(), live, T: ti.template()):
     """One iteration of the position stage on live lanes; returns the lanes still off."""
     mask = live > T.f(0.0)
     off = live < live
     zero = T.vec(0.0)
     for n in range(m.welds):
         row = m.weld_table + I_WELD_ROW * n
-        body1, body2 = S.at[mi[row]], S.at[mi[row + 1]]
+        body1, body2 = S.at[m.integers[row]], S.at[m.integers[row + 1]]
         x1, y1, angle1, c1, s1 = _pose(body1)
         x2, y2, angle2, c2, s2 = _pose(body2)
-        ux, uy = _axis(c2, s2, mi[row + 2], T)
+        ux, uy = _axis(c2, s2, m.integers[row + 2], T)
         dx = (x1 - x2) - T.f(_ARM) * ux
         dy = (y1 - y2) - T.f(_ARM) * uy
         angle = _less_than_half_a_turn(angle1 - angle2, T)

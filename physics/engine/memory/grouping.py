@@ -7,8 +7,10 @@ not, and each thread takes whole groups. No result depends on any of it.
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
 import torch
 
 from physics.backend import Program
@@ -16,6 +18,7 @@ from physics.backend import Program
 _NARROW, _WIDE = 8, 16  # worlds per group
 _NARROW_TIME = 0.75  # that a group of 8 float32 worlds takes, in groups of 16
 _LONG_RUN = 60  # steps
+_CHUNKS_PER_THREAD = 4  # where groups have different robots
 
 
 @dataclass(frozen=True)
@@ -23,9 +26,9 @@ class Part:
     """Groups that one kernel simulates.
 
     Attributes:
-        program: of the kernel.
-        first: group.
-        count: of groups.
+        program: The program of the kernel.
+        first: The number of the first group.
+        count: The number of groups.
         chunks: into which a parallel loop over them is cut.
     """
 
@@ -52,17 +55,96 @@ def lanes_for(n_worlds: int, dtype: torch.dtype, threads: int | None, device: st
     return _WIDE if wide <= narrow else _NARROW
 
 
+def lanes_for_robots(
+    counts: Sequence[int], dtype: torch.dtype, threads: int | None, device: str
+) -> int:
+    """The fastest number of worlds per group where groups have different robots.
+
+    Args:
+        counts: worlds of each robot.
+        dtype: of the simulation.
+        threads: at most so many; None: all cores.
+        device: "cpu" or "cuda".
+    """
+    if len(counts) == 1 or device == "cuda" or dtype == torch.float64:
+        return lanes_for(sum(counts), dtype, threads, device)
+    narrow = sum(_NARROW_TIME * -(-count // _NARROW) for count in counts)
+    wide = sum(min(-(-count // _WIDE), _time_with_tail(count, 1)) for count in counts)
+    return _WIDE if wide < narrow else _NARROW
+
+
 @dataclass(frozen=True)
 class Grouping:
     """A batch of worlds, cut for one program or for two.
 
     Attributes:
-        whole: all groups.
-        parts: all groups again, or the full ones and a narrow program for the last one.
+        whole: All groups as one part.
+        parts: all groups again, or the full ones and a narrow program for the others.
+        robots: Which robot the next groups have, by its number, and how many groups.
     """
 
     whole: Part
     parts: tuple[Part, ...]
+    robots: tuple[tuple[int, int], ...] = ((0, 1),)
+
+    @classmethod
+    def of_robots(cls, program: Program, counts: Sequence[int], threads: int | None) -> Grouping:
+        """Cuts a batch so that the worlds of a group have the same robot.
+
+        Groups that a narrow program can take come last. There are more chunks than threads, for
+        robots differ in what they cost.
+
+        Args:
+            program: simulates all worlds of a group.
+            counts: worlds of each robot.
+            threads: at most so many; None: all cores.
+        """
+        if len(counts) == 1:
+            return cls.of(program, counts[0], threads)
+        wide, narrow = [], []
+        can_halve = (program.dtype, program.lanes) == (torch.float32, _WIDE)
+        can_halve = can_halve and program.device == "cpu"
+        for robot, count in enumerate(counts):
+            full, rest = divmod(count, program.places)
+            is_narrow = can_halve and 0 < rest <= _NARROW
+            if full + (rest > 0) - is_narrow > 0:
+                wide.append((robot, full + (rest > 0) - is_narrow))
+            if is_narrow:
+                narrow.append((robot, 1))
+        n_wide, n_narrow = (sum(n for _, n in part) for part in (wide, narrow))
+        most = n_wide + n_narrow
+        if program.device == "cpu":
+            most = min(most, _CHUNKS_PER_THREAD * _available(threads))
+        whole = Part(program, 0, n_wide + n_narrow, most)
+        parts = [whole]
+        if n_narrow:
+            halved = program._replace(lanes=_NARROW)
+            parts = [
+                part
+                for part in (
+                    Part(program, 0, n_wide, min(n_wide, most)),
+                    Part(halved, n_wide, n_narrow, min(n_narrow, most)),
+                )
+                if part.count
+            ]
+        return cls(whole, tuple(parts), (*wide, *narrow))
+
+    def places(self, of_world: np.ndarray) -> np.ndarray:
+        """The place of each world, (N,): those of a robot fill its groups in order.
+
+        Args:
+            of_world: number of each world's robot, (N,).
+        """
+        lanes = self.whole.program.places
+        ends = lanes * np.cumsum([count for _, count in self.robots])
+        free: dict[int, list[int]] = {}
+        for (robot, count), end in zip(self.robots, ends.tolist(), strict=True):
+            free.setdefault(robot, []).extend(range(end - lanes * count, end))
+        places = np.empty(len(of_world), dtype=np.int64)
+        for robot, own in free.items():
+            worlds = np.flatnonzero(of_world == robot)
+            places[worlds] = own[: len(worlds)]
+        return places
 
     @classmethod
     def of(cls, program: Program, n_worlds: int, threads: int | None) -> Grouping:
@@ -73,8 +155,8 @@ class Grouping:
 
         Args:
             program: simulates all worlds of a group.
-            n_worlds: N.
-            threads: at most so many; None: all cores.
+            n_worlds: The number of worlds, N.
+            threads: The most threads to use; None: all cores.
         """
         groups = -(-n_worlds // program.places)
         if program.device == "cuda":

@@ -14,6 +14,7 @@ identity: linear velocity in m/s, angular velocity times GYRATION, impulses divi
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 
@@ -86,8 +87,8 @@ ROPES = SPRINGS + len(material.SPRINGS) * SPRING_ITEMS
 PAIRS = ROPES + len(material.ROPES) * ROPE_ITEMS
 COMMAND = PAIRS + 4 * PAIRS_PER_BODY * PAIR_ITEMS  # what the caller asked for
 ACTUATION = COMMAND + 1  # in force, in [-1, 1]
-BREAKS = ACTUATION + 1  # step from which the voxel is broken
-MENDS = BREAKS + 1  # step from which it works again
+BREAKS = ACTUATION + 1  # step from which the voxel is broken: its lower digit, or NEVER
+MENDS = BREAKS + 1  # step from which it works again, likewise
 # Of a voxel's springs, where they are not the same for all: 1 + g with softness g, -g / (1 + g),
 # bias per stretch [1/s] (see `material.spring_constants`); 1 where there is an actuator, else 0.
 FIRMNESS, RELAX, BIAS, ACTUATED = range(MENDS + 1, MENDS + 5)
@@ -99,7 +100,12 @@ H_LIFE, H_SEED_LOW, H_SEED_HIGH, H_GROUND_START, H_GROUND_END = range(5, 10)  # 
 H_WINDOW_LOW, H_WINDOW_HIGH, H_WINDOW_BASE, H_WINDOW_TOP = range(10, 14)
 H_PLACE, H_LENGTH = range(14, 16)  # of the sensor window that is averaged just now
 H_GRAVITY, H_FRICTION = range(16, 18)  # where they are not the same for all worlds
-HEADER_ITEMS = 18
+# Steps are counted in two digits, of which float32 knows both exactly: so many steps make one of
+# the higher digit. Those of the end of an episode and of damage stand beside that of the counter.
+STEPS_PER_HIGH = 2**23
+H_STEP_HIGH, H_LIFE_HIGH, H_BREAKS_HIGH, H_MENDS_HIGH = range(18, 22)
+NEVER = 1e30  # a lower digit that no counter reaches
+HEADER_ITEMS = 22
 
 # A weld: axis (unit vector from body 2's centre to the anchor), impulse.
 WE_UX, WE_UY, WE_PX, WE_PY, WE_PW = range(5)
@@ -132,6 +138,11 @@ class Layout:
     self_contacts: int
     continuous: int
     delay: int = 0
+
+    def union(self, other: Layout) -> Layout:
+        """The layout that has room for what either has."""
+        sizes = zip(dataclasses.astuple(self), dataclasses.astuple(other), strict=True)
+        return Layout(*(max(pair) for pair in sizes))
 
     @property
     def header(self) -> int:

@@ -1,8 +1,11 @@
 """What stays fixed while a batch of worlds is simulated, as tables for the kernels."""
 
+import dataclasses
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -23,11 +26,14 @@ class Engine:
     Attributes:
         friction: coefficient between a square and the ground.
         damping: linear and angular velocity damping [1/s].
-        velocity_iterations, position_iterations: of the sequential-impulse solver, per step.
+        velocity_iterations, position_iterations: The iterations of the sequential-impulse solver in
+            each step.
         ropes: whether squares of a voxel are kept from passing through each other.
         self_collision: whether squares of the robot that no joint ties keep out of each other.
         continuous: whether squares that land are stopped where they touch the ground, instead of
-            as deep in it as their speed takes them in a step (continuous collision detection).
+            as deep in it as their speed takes them in a step (continuous collision detection). It
+            costs a tenth of the speed, and champions' speeds come no nearer to those of the
+            reference with its own detection than by default (FIDELITY.md).
     """
 
     friction: float = material.FRICTION
@@ -82,6 +88,7 @@ _SIZES = (
     "reading_table",
     "interval_table",
     "interval_steps",
+    "interval_row",
     "noise_table",
     "self_contact_block",
     "self_contact_memory",
@@ -92,9 +99,14 @@ _SIZES = (
     "pair_table",
     "voxel_pairs",
     "continuous_block",
-    "items",
+    "group_items",
+    "own_numbers",  # first of this robot's in the table of numbers
+    "next_group",  # first group that does not have this robot
+    "next_sizes",  # place of the sizes of that group's robot
 )
 Sizes = ti.types.struct(**dict.fromkeys(_SIZES, ti.i32))
+
+_LAST = 2**31 - 1  # no group comes after
 
 I_SPRINGS = len(_SIZES)  # rows of: items of body 1 and of body 2 in the voxel block
 I_SPRING_ROW = 2
@@ -110,6 +122,7 @@ PAIR_ROW = 3
 # A reading row: kind, voxel block, slots of its ring (0: no average), ring, interval number, ray.
 RE_KIND, RE_VOXEL, RE_SLOTS, RE_RING, RE_INTERVAL, RE_RAY = range(6)
 READING_ROW = 6
+_FIRST_STEPS = 500  # of which a table tells the length of sensor windows step by step
 AREA, TOUCH, VELOCITY_X, VELOCITY_Y, RAY = range(5)
 _KINDS = {
     "area": (AREA,),
@@ -120,9 +133,47 @@ _KINDS = {
 
 
 @ti.func
-def load_sizes(mi: ti.template()):
-    """The sizes of the model, read once at the start of a kernel."""
-    return Sizes(*[mi[k] for k in ti.static(range(len(_SIZES)))])
+def load_sizes(integers: ti.template(), first):
+    """The sizes of a robot's model, which stand from ``first`` on."""
+    return Sizes(*[integers[first + k] for k in ti.static(range(len(_SIZES)))])
+
+
+@ti.func
+def sizes_of_group(sizes: ti.template(), integers: ti.template(), group):
+    """Turns to the robot of a group, from that of a group before it."""
+    while group >= sizes.next_group:
+        sizes = load_sizes(integers, sizes.next_sizes)
+
+
+class Tables:
+    """The model in a kernel, where it is called m: a size by its name, such as `m.voxels`.
+
+    It exists while a kernel is compiled only, and leaves no trace in it.
+
+    Attributes:
+        integers: the table of I_*, an argument of the kernel.
+        numbers: the table of F_*, likewise.
+        stages: mask of the stages of `engine.step` that are taken.
+    """
+
+    _data_oriented = True  # lets Taichi pass it on as it is
+
+    def __init__(self, sizes: Any, integers: Any, numbers: Any, stages: Any = -1) -> None:
+        """What a kernel was given.
+
+        Args:
+            sizes: what `load_sizes` found.
+            integers: the table of I_*.
+            numbers: the table of F_*.
+            stages: see the attribute; all by default, which the compiler knows.
+        """
+        self._sizes = sizes
+        self.stages = stages
+        self.integers = integers
+        self.numbers = numbers
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._sizes, name)
 
 
 @dataclass(frozen=True)
@@ -134,7 +185,6 @@ class Model:
         layout: where the state lies.
         numbers: table of F_*, shape (.,), float64.
         integers: table of I_*, shape (.,), int32.
-        max_steps: steps for which the table of sensor windows is long enough.
     """
 
     morphology: Morphology
@@ -143,7 +193,6 @@ class Model:
     layout: Layout
     numbers: np.ndarray
     integers: np.ndarray
-    max_steps: int
 
 
 def build(
@@ -154,27 +203,27 @@ def build(
     segments: int,
     extent: float,
     damage_mode: str,
-    max_steps: int,
     lanes: int,
+    room: Layout | None = None,
 ) -> Model:
     """The model of a robot.
 
     Args:
         morphology: the robot's shape.
-        apparatus: its sensors.
+        apparatus: The robot's sensors.
         engine: settings of the solver.
         conditions: gravity, noise and so on.
         segments: terrain segments that the window of a group holds; 0 without ground.
         extent: width of the ground in the window [m].
         damage_mode: one of damage.MODES.
-        max_steps: steps that a world may live.
         lanes: worlds per group.
+        room: of other robots in the same state, which has to hold this one too.
     """
     reading_rows, rays, intervals, ring_items = _readings(apparatus)
     features = engine.features(morphology)
     pairs = _voxel_pairs(morphology) if features.self_collision else []
     limit = lay.SELF_CONTACTS_PER_VOXEL * morphology.n_voxels
-    layout = Layout(
+    own = Layout(
         voxels=morphology.n_voxels,
         welds=len(morphology.welds),
         segments=segments,
@@ -184,17 +233,19 @@ def build(
         continuous=4 * morphology.n_voxels if features.continuous else 0,
         delay=conditions.control_delay,
     )
+    layout = own if room is None else own.union(room)
     springs = [(s.square1 * lay.BODY_ITEMS, s.square2 * lay.BODY_ITEMS) for s in material.SPRINGS]
     ropes = [(a * lay.BODY_ITEMS, b * lay.BODY_ITEMS) for a, b in material.ROPES]
     welds = [_weld_row(morphology, *pair) for pair in morphology.welds]
     reading_table = I_WELDS + I_WELD_ROW * len(welds)
     pair_table = reading_table + READING_ROW * len(reading_rows)
     interval_table = pair_table + PAIR_ROW * len(pairs)
+    interval_steps, windows = _windows(intervals)
     sizes = {
-        "voxels": layout.voxels,
-        "welds": layout.welds,
+        "voxels": own.voxels,
+        "welds": own.welds,
         "segments": layout.segments,
-        "readings": layout.readings,
+        "readings": own.readings,
         "header": layout.header,
         "weld_block": layout.weld_block,
         "window": layout.window,
@@ -213,7 +264,8 @@ def build(
         "weld_table": I_WELDS,
         "reading_table": reading_table,
         "interval_table": interval_table,
-        "interval_steps": max_steps,
+        "interval_steps": interval_steps,
+        "interval_row": windows.shape[1],
         "noise_table": F_RAYS + len(rays),
         "self_contact_block": layout.self_contact_block,
         "self_contact_memory": layout.self_contact_memory,
@@ -224,10 +276,12 @@ def build(
         "pair_table": pair_table,
         "voxel_pairs": len(pairs),
         "continuous_block": layout.continuous_block,
-        "items": layout.items,
+        "group_items": layout.items,
+        "own_numbers": 0,
+        "next_group": _LAST,
+        "next_sizes": 0,
     }
     rows = [*springs, *ropes, *welds, *reading_rows, *pairs]
-    windows = [clock.window_lengths(max_steps, interval) for interval in intervals]
     integers = np.concatenate(
         [[sizes[name] for name in _SIZES], *rows, *windows], dtype=np.int32, casting="unsafe"
     )
@@ -247,13 +301,71 @@ def build(
         ],
         dtype=np.float64,
     )
-    return Model(morphology, apparatus, engine, layout, numbers, integers, max_steps)
+    return Model(morphology, apparatus, engine, layout, numbers, integers)
+
+
+def joined(models: Sequence[Model], groups: Sequence[tuple[int, int]]) -> Model:
+    """The model of a batch in which groups have different robots.
+
+    Args:
+        models: of the robots, all with the same layout.
+        groups: which robot comes next, by its number, and how many groups have it.
+    """
+    first, *_ = models
+    starts = np.cumsum([0, *(len(each.integers) for each in models)])
+    numbers = np.cumsum([0, *(len(each.numbers) for each in models)])
+    tables = [
+        _moved(model, int(start), int(number))
+        for model, start, number in zip(models, starts[:-1], numbers[:-1], strict=True)
+    ]
+    rows, ends = [], np.cumsum([count for _, count in groups])
+    for k, (robot, _) in enumerate(groups):
+        row = tables[robot][: len(_SIZES)].copy()
+        if k + 1 < len(groups):
+            row[_SIZES.index("next_group")] = ends[k]
+            row[_SIZES.index("next_sizes")] = starts[-1] + k * len(_SIZES)
+        rows.append(row)
+    tables[0][: len(_SIZES)] = rows[0]
+    integers = np.concatenate([*tables, *rows[1:]], dtype=np.int32)
+    return dataclasses.replace(
+        first, integers=integers, numbers=np.concatenate([each.numbers for each in models])
+    )
+
+
+def _moved(model: Model, integers: int, numbers: int) -> np.ndarray:
+    """The integers of a model whose tables begin at these places."""
+    moved = model.integers.copy()
+    for name in ("weld_table", "reading_table", "interval_table", "pair_table"):
+        moved[_SIZES.index(name)] += integers
+    for name in ("noise_table", "own_numbers"):
+        moved[_SIZES.index(name)] += numbers
+    return moved
 
 
 def reach(apparatus: Apparatus) -> float:
     """How far from a robot's squares the ground matters: to touch it, or to see it [m]."""
     ranges = [s.range for own in apparatus.sensors for s in own if s.kind == "lidar"]
     return material.SQUARE_SIDE + max(ranges, default=0.0)
+
+
+def _windows(intervals: list[float]) -> tuple[int, np.ndarray]:
+    """Samples in a sensor's window.
+
+    Args:
+        intervals: lengths of windows [s].
+
+    Returns:
+        Number of first steps, and a row per interval: lengths at each of these steps, then pairs
+        of a step and the length from that step on, the last of which fill up the row.
+    """
+    first_steps = _FIRST_STEPS + math.ceil(max(intervals, default=0.0) / material.DT)
+    changes = [np.stack(clock.window_changes(first_steps, each), 1) for each in intervals]
+    most = max(map(len, changes), default=0)
+    rows = []
+    for interval, own in zip(intervals, changes, strict=True):
+        filled = np.concatenate([own, own[-1:].repeat(most - len(own), 0)])
+        rows.append(np.append(clock.window_lengths(first_steps, interval), filled))
+    return first_steps, np.array(rows).reshape(len(intervals), first_steps + 2 * most)
 
 
 def _spring_numbers() -> list[float]:

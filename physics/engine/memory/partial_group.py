@@ -3,7 +3,7 @@
 The last group of a batch may be half empty. A program of half as many lanes then takes three
 quarters of the time, if what it works on lies together as in a group of its own: spread over the
 group's cache lines it would take nearly as long as one of the full width. So it moves the lanes
-together, in place, lives, and moves them apart again.
+together, in place, does its steps, and moves them apart again.
 """
 
 from physics.backend import ti
@@ -37,4 +37,5 @@ def end_copies(S: ti.template(), m: ti.template(), T: ti.template()):
     """The empty places of a state hold worlds that are over."""
     parts = ti.static(T.places // T.lanes)
     for part in ti.static(range(1, parts)):
-        S[(m.header + lay.H_LIFE) * parts + part] = T.vec(0.0)
+        for item in ti.static((lay.H_LIFE, lay.H_LIFE_HIGH)):
+            S[(m.header + item) * parts + part] = T.vec(0.0)

@@ -15,7 +15,7 @@ from torch import Tensor
 from physics.backend import unpacked
 from physics.engine.memory import layout as lay
 from physics.engine.memory.layout import Layout
-from physics.scene import clock, material
+from physics.scene import material
 from physics.scene.morphology import Morphology
 from physics.scene.terrain import Terrain
 
@@ -33,13 +33,15 @@ class State:
             the order of kernels (`backend.packed`).
         lists: contact and rope lists, (groups, layout.list_items), int32, likewise.
         layout: where things lie in them.
-        n_worlds: N; the lanes beyond are padding.
+        n_worlds: N; the other lanes are padding.
+        places: the place of each world, counted through all lanes, (N,) int64; None: in order.
     """
 
     items: Tensor
     lists: Tensor
     layout: Layout
     n_worlds: int
+    places: Tensor | None = None
 
     @property
     def lanes(self) -> int:
@@ -59,26 +61,50 @@ class State:
         """View (groups, lanes) of an item of the header."""
         return self.items[:, self.layout.header + item]
 
+    def steps(self) -> Tensor:
+        """Steps that each world has taken, (N,) int64."""
+        low, high = self.header(lay.H_STEP), self.header(lay.H_STEP_HIGH)
+        return self.worlds(low.long() + high.long() * lay.STEPS_PER_HIGH)
+
+    def set_steps(self, steps: Tensor) -> None:
+        """Sets the counters of all worlds, (N,) int64."""
+        self.header(lay.H_STEP).copy_(self.lanes_of(steps % lay.STEPS_PER_HIGH))
+        self.header(lay.H_STEP_HIGH).copy_(self.lanes_of(steps // lay.STEPS_PER_HIGH))
+
     def worlds(self, view: Tensor) -> Tensor:
         """(groups, ..., lanes) -> (N, ...), a copy without the padding."""
-        rows = view.movedim(-1, 1).flatten(0, 1)[: self.n_worlds]
+        rows = view.movedim(-1, 1).flatten(0, 1)
+        if self.places is not None:
+            return rows[self.places]
+        rows = rows[: self.n_worlds]
         if rows.untyped_storage().data_ptr() == view.untyped_storage().data_ptr():
             return rows.clone(memory_format=torch.contiguous_format)  # flatten gave a view
         return rows.contiguous()
+
+    def place_of(self, chosen: np.ndarray) -> np.ndarray:
+        """Places of some worlds, (k,), from their numbers."""
+        return chosen if self.places is None else self.places.cpu().numpy()[chosen]
 
     def lanes_of(self, values: Tensor) -> Tensor:
         """(N, ...) -> (groups, ..., lanes) of the state's type, zeros in the padding."""
         groups, lanes = self.items.shape[0], self.lanes
         padding = values.new_zeros((groups * lanes - self.n_worlds, *values.shape[1:]))
         padded = torch.cat([values, padding]).to(self.items)
+        if self.places is not None:
+            padded = torch.zeros_like(padded).index_copy_(0, self.places, padded[: self.n_worlds])
         return padded.unflatten(0, (groups, lanes)).movedim(1, -1)
 
 
 def allocate(
-    layout: Layout, n_worlds: int, lanes: int, dtype: torch.dtype, device: torch.device
+    layout: Layout,
+    n_worlds: int,
+    groups: int,
+    lanes: int,
+    dtype: torch.dtype,
+    device: torch.device,
+    places: Tensor | None = None,
 ) -> State:
     """An all-zero state for N worlds."""
-    groups = -(-n_worlds // lanes)
     items = torch.zeros(groups, layout.items, lanes, dtype=dtype, device=device)
     lists = torch.zeros(groups, layout.list_items, dtype=torch.int32, device=device)
     return State(
@@ -86,6 +112,7 @@ def allocate(
         lists=unpacked(lists, lanes),
         layout=layout,
         n_worlds=n_worlds,
+        places=places,
     )
 
 
@@ -103,40 +130,39 @@ def blank(layout: Layout, like: Tensor) -> Tensor:
     pairs = pairs.unflatten(2, (-1, lay.PAIR_ITEMS))
     for point in range(2):
         pairs[:, :, :, lay.PA_POINTS + point * lay.POINT_ITEMS + lay.PT_DEPTH] = -1.0
-    state.voxels(lay.BREAKS, 2).fill_(clock.ENDLESS)
+    state.voxels(lay.BREAKS, 2).fill_(lay.NEVER)
     forget_window(state)
     return items.flatten()
 
 
-def fill(state: State, blank: Tensor, own: Tensor, values: Tensor) -> None:
+def fill(state: State, worlds: Tensor, padding: Tensor) -> None:
     """Makes all worlds anew.
 
     Args:
         state: changed in place.
-        blank: items of the places without a world, (layout.items,).
-        own: numbers of the items that a world does not share with them, (I,) int64.
-        values: of these items in every world, (N, I).
+        worlds: items of every world, (N, layout.items).
+        padding: items of the places beyond, (layout.items,).
     """
     groups, lanes = state.items.shape[0], state.lanes
-    rest = blank[own].expand(groups * lanes - state.n_worlds, -1)
-    state.items.copy_(blank[:, None])
-    state.items[:, own] = torch.cat([values, rest]).unflatten(0, (groups, lanes)).mT
+    if state.places is None:
+        rest = padding.expand(groups * lanes - state.n_worlds, -1)
+        rows = torch.cat([worlds, rest]) if len(rest) else worlds
+    else:
+        rows = padding.repeat(groups * lanes, 1)
+        rows[state.places] = worlds
+    state.items.copy_(rows.unflatten(0, (groups, lanes)).movedim(1, -1))
     state.lists.zero_()
 
 
-def replace(state: State, chosen: np.ndarray, blank: Tensor, own: Tensor, values: Tensor) -> None:
+def replace(state: State, chosen: np.ndarray, worlds: Tensor) -> None:
     """Makes some worlds anew.
 
     Args:
         state: changed in place.
         chosen: numbers of k worlds.
-        blank: as in `fill`.
-        own: likewise.
-        values: of their own items, (k, I).
+        worlds: items of each, (k, layout.items).
     """
-    worlds = blank.repeat(len(chosen), 1)
-    worlds[:, own] = values
-    groups, lanes = np.divmod(chosen, state.lanes)
+    groups, lanes = np.divmod(state.place_of(chosen), state.lanes)
     state.items[torch.from_numpy(groups), :, torch.from_numpy(lanes)] = worlds
 
 
@@ -146,7 +172,7 @@ def widened(state: State, layout: Layout) -> State:
     items = state.items.new_zeros(groups, layout.items, lanes)
     items[:, : layout.window] = state.items[:, : layout.window]
     items[:, layout.rings :] = state.items[:, state.layout.rings : old]
-    wider = State(unpacked(items, lanes), state.lists, layout, state.n_worlds)
+    wider = State(unpacked(items, lanes), state.lists, layout, state.n_worlds, state.places)
     forget_window(wider)
     return wider
 
@@ -188,8 +214,8 @@ def initial_poses(
     poses[..., 0] += START_X + half
     bottoms, centers = cells[:, 1] - half, cells[:, 0] + START_X + half
     unlike = {id(terrain): terrain for terrain in terrains}
-    grounds = {key: terrain.height(centers) for key, terrain in unlike.items()}
-    gaps = bottoms - np.stack([grounds[id(terrain)] for terrain in terrains])
+    surfaces = {key: terrain.height(centers) for key, terrain in unlike.items()}
+    gaps = bottoms - np.stack([surfaces[id(terrain)] for terrain in terrains])
     lifts = START_HEIGHT - gaps.min(1)
     left, lowest = _columns(poses[0])
     right = left + material.SQUARE_SIDE

@@ -101,9 +101,9 @@ def test_they_act_in_the_kernel_as_the_plastic_network_does(
     sim.reset()
     loop = fused.pack(sim, network, state, plastic=False)
     loop.run(sim, 1)
-    start, birth = sim.center_of_mass().double(), sim.time
+    start, began = sim.center_of_mass().double(), sim.time
     loop.run(sim, steps_in(PLASTIC.duration) - 1)
-    speed = (sim.center_of_mass().double() - start)[:, 0] / (sim.time - birth)
+    speed = (sim.center_of_mass().double() - start)[:, 0] / (sim.time - began)
     assert torch.equal(act(PLASTIC, snapshots, TEST), speed.reshape(3, 2, 2))
 
 
@@ -112,12 +112,12 @@ def test_without_weights_a_robot_is_passive(snapshots: freezing.Weights) -> None
     sim.reset()
     nothing = torch.zeros(2, sim.n_voxels)
     sim.step(nothing)
-    start, birth = sim.center_of_mass().double(), sim.time
+    start, began = sim.center_of_mass().double(), sim.time
     for _ in range(steps_in(PLASTIC.duration) - 1):
         sim.step(nothing)
-    passive = (sim.center_of_mass().double() - start)[:, 0] / (sim.time - birth)
+    passive = (sim.center_of_mass().double() - start)[:, 0] / (sim.time - began)
     speeds = act(PLASTIC, snapshots, TEST)
-    assert not any(layer[0].any() for layer in snapshots)  # at birth
+    assert not any(layer[0].any() for layer in snapshots)  # at the beginning
     for run in range(2):
         assert torch.equal(speeds[0, run], passive)
         assert not torch.equal(speeds[2, run], passive)
@@ -133,10 +133,10 @@ def test_weights_set_by_hand_give_the_actuation_that_they_say() -> None:
     sim = simulator(config, TEST)
     sim.reset()
     sim.step(torch.zeros(2, 3))
-    start, birth = sim.center_of_mass().double(), sim.time
+    start, began = sim.center_of_mass().double(), sim.time
     for _ in range(steps_in(config.duration) - 1):
         sim.step(signs.expand(2, 3))
-    expected = (sim.center_of_mass().double() - start)[:, 0] / (sim.time - birth)
+    expected = (sim.center_of_mass().double() - start)[:, 0] / (sim.time - began)
     ours = act(config, (into, out), TEST)[0, 0]
     torch.testing.assert_close(ours, expected, rtol=0, atol=1e-4)  # tanh rounds to just below 1
     opposite = act(config, (into, -out), TEST)[0, 0]

@@ -156,17 +156,18 @@ def test_files(recording: Recording, tmp_path) -> None:
     path = write(folder)
     assert sorted(each.name for each in folder.iterdir()) == [
         "champion.safetensors",
-        "inner_life.json",
-        "inner_life.npz",
+        "recording.json",
+        "recording.npz",
     ]
     summary = json.loads(path.read_text())
     assert summary["terrain"] == "hilly-3-30-0"
     assert summary["runs"] == json.loads(json.dumps(describe(recording)))
-    with np.load(folder / "inner_life.npz") as arrays:
+    with np.load(folder / "recording.npz") as arrays:
         assert sorted(arrays) == [
             "activations_hidden",
             "activations_output",
             "areas",
+            "format",
             "histograms",
             "step",
             "terms",

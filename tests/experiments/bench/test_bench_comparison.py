@@ -64,6 +64,7 @@ def test_markdown_and_json(tmp_path: Path) -> None:
     assert "| flight | 0.500 | 0.500 - 0.500 | 1 | 1.000 | 2.000 | NO |" in lines
     comparison.write_json(tmp_path / "a.json", MACHINE, tmp_path, 7, ROWS)
     content = json.loads((tmp_path / "a.json").read_text())
+    assert content["format"] == 1
     assert (content["seed"], content["against"]) == (7, str(tmp_path.resolve()))
     assert [(row["ratio"], row["same_bits"]) for row in content["rows"]] == [
         (1.5, True),

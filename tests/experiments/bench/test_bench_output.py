@@ -19,6 +19,7 @@ def test_json_holds_every_figure(tmp_path: Path) -> None:
     file = tmp_path / "bench.json"
     display.write_json(file, MACHINE, 7, True, ROWS, [Stage("springs", 0.6)])
     content = json.loads(file.read_text())
+    assert content["format"] == 1
     assert content["machine"] == {
         "cpu": "Abacus",
         "cores": 2,

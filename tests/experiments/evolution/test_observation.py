@@ -8,12 +8,14 @@ import pytest
 import torch
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
+import hebbtorch
 from experiments.analysis.episode_log import log_episode
 from experiments.analysis.unseen import speeds_on
 from experiments.config import EvolveConfig
 from experiments.evolution.evolve import Session
 from experiments.evolution.observation import Observer, is_filmed, is_observed
 from experiments.rollout import controller
+from experiments.rollout.episode import start_episode
 from experiments.rollout.scenarios import Scenarios
 
 GLOSSARY = Path(__file__).parents[3] / "docs" / "metrics.md"
@@ -60,7 +62,7 @@ def test_all_that_was_asked_for_is_there(logged: dict[str, Path]) -> None:
         f"plasticity/{name}/layer{k}"
         for k in (0, 1)
         for name in (
-            "weight_mean_abs", "weight_max_abs", "update_mean_abs", "drift_from_birth",
+            "weight_mean_abs", "weight_max_abs", "update_mean_abs", "drift_from_start",
             "saturated", "sign_changes", "share_A", "share_B", "share_C", "share_D",
         )
     ]  # fmt: skip
@@ -96,7 +98,7 @@ def test_steps_are_generations_in_a_run_and_seconds_in_an_episode(
     assert [event.step for event in run.Images("champion/film")] == [1, 2]
     assert [event.step for event in life.Scalars("life/speed")] == [1, 2, 3]
     assert [event.step for event in life.Histograms("life/weights/layer0")] == [1, 2, 3]
-    drift = [event.value for event in life.Scalars("life/drift_from_birth/layer0")]
+    drift = [event.value for event in life.Scalars("life/drift_from_start/layer0")]
     assert drift[0] > 0  # initial weights are zero
 
 
@@ -128,3 +130,22 @@ def test_validation_is_the_reassessment_on_its_terrains(tiny: EvolveConfig) -> N
         assert [each.metrics[tag] for each in seen] == pytest.approx(speeds.tolist(), abs=2e-6)
     sizes = controller.build(config, 1).sizes
     assert [layer.shape for layer in seen[0].weights] == [sizes[1:2] * 2, (sizes[2], sizes[1])]
+
+
+@pytest.mark.parametrize("rule", ["abcd", "oja"])
+def test_networks_are_looked_at_by_a_monitor(tiny: EvolveConfig, rule: str) -> None:
+    """In both control loops, and each champion by itself."""
+    config = replace(tiny, duration=2.0, init="uniform", eta=0.2, rule=rule)
+    n_genes = controller.build(config, 1).n_genes
+    genomes = torch.randn(2, n_genes, generator=torch.Generator().manual_seed(0))
+    seen = Observer(config)(genomes)
+    for run in (0, 1):
+        first = Scenarios.unseen(config.terrain, [500_000])
+        episode = start_episode(config, genomes[run : run + 1], first)
+        with hebbtorch.Monitor(episode.network, every=60) as monitor:
+            episode.run(episode.n_steps, monitor)
+        expected = {k: v for k, v in monitor.summary().items() if not k.startswith("weight_")}
+        assert ("share_A/layer1" in expected) == (rule == "abcd")
+        assert "saturated/layer1" in expected
+        shown = {k: v for k, v in seen[run].metrics.items() if k.startswith("plasticity/")}
+        assert shown == pytest.approx({f"plasticity/{k}": v for k, v in expected.items()})

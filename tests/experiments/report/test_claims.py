@@ -19,8 +19,8 @@ from tests.experiments.finished_runs import (
     write_evaluation,
     write_freezing,
     write_generalization,
-    write_inner_life,
     write_paired,
+    write_recording,
     write_run,
 )
 
@@ -78,9 +78,9 @@ def test_unseen_terrains_are_compared_with_a_reassessment_on_familiar_ones(tmp_p
     assert measures.kept_on_unseen(condition(folder)).tolist() == [0.75, 1.25]
 
 
-def test_measures_of_the_inner_life(tmp_path: Path) -> None:
+def test_measures_of_a_recording(tmp_path: Path) -> None:
     folder = write_run(tmp_path, SMALL, [10.0, 5.0])
-    write_inner_life(folder, 2, growth=3.0, period=2.0)
+    write_recording(folder, 2, growth=3.0, period=2.0)
     found = condition(folder)
     assert measures.weight_growth(found) == pytest.approx([3, 3])
     assert measures.gait_period(found) == pytest.approx([2, 2], rel=0.02)
@@ -91,9 +91,9 @@ def test_measures_of_the_inner_life(tmp_path: Path) -> None:
 def test_random_genomes_are_told_beside_what_is_claimed_of_champions(tmp_path: Path) -> None:
     config = replace(SMALL, sensors="high")
     folder, other = (write_run(tmp_path, config, [5.0] * 10, name) for name in ("run", "other"))
-    write_inner_life(folder, 10, growth=4.0)
-    write_inner_life(other, 10, growth=3.0)
-    (folder / "random_genomes.json").write_bytes((other / "inner_life.json").read_bytes())
+    write_recording(folder, 10, growth=4.0)
+    write_recording(other, 10, growth=3.0)
+    (folder / "random_genomes.json").write_bytes((other / "recording.json").read_bytes())
     judged = {claim.number: finding for claim, finding in judge(gather([folder]))}
     assert judged["11"].measured[0].startswith("biped-4x3 high: median 4 of 10 runs")
     assert judged["11"].measured[1] == "biped-4x3 high: random genomes, median 3 of 10"
@@ -131,7 +131,7 @@ def write_paper(root: Path, runs: int) -> None:
                 plateau = speeds * (0.9 if config == body else 0.0)
                 write_freezing(folder, plateau[:, None] * (np.arange(30) > 3))
                 write_paired(folder, speeds.tolist(), plateau.tolist())
-                write_inner_life(folder, runs, period=1.5 if is_biped else 2.0)
+                write_recording(folder, runs, period=1.5 if is_biped else 2.0)
 
 
 def test_results_like_the_papers_support_its_claims(tmp_path: Path) -> None:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import json
+import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from experiments.config import EvolveConfig
 from experiments.report.gallery import draw_all
-from tests.experiments.finished_runs import write_evaluation, write_run
+from tests.experiments.finished_runs import write_evaluation, write_recording, write_run
 
 CONFIG = EvolveConfig(generations=3)
-TABLES = ("history.csv", "evaluation-hilly-3-30-none.csv", "freeze.csv", "inner_life.json")
+TABLES = ("history.csv", "evaluation-hilly-3-30-none.csv", "freeze.csv", "recording.json")
 
 
 @pytest.fixture
@@ -45,3 +48,21 @@ def test_a_damaged_table_is_named_and_nothing_is_written(
     with pytest.raises(ValueError, match=table):
         draw_all([root], out, 0, print_quality=False)
     assert list(out.iterdir()) == []
+
+
+@pytest.mark.parametrize("table", ["recording.json", "recording.npz", "random_genomes.json"])
+def test_a_recording_of_a_newer_version_is_refused_by_saying_so(
+    root: Path, tmp_path: Path, table: str
+) -> None:
+    folder = root / "hebbian"
+    write_recording(folder, 2)
+    shutil.copy(folder / "recording.json", folder / "random_genomes.json")
+    path = folder / table
+    if path.suffix == ".npz":
+        with np.load(path) as arrays:
+            content = {**arrays, "format": np.array(2)}
+        np.savez(path, **content)
+    else:
+        path.write_text(json.dumps(json.loads(path.read_text()) | {"format": 2}))
+    with pytest.raises(ValueError, match=f"{table}.* a newer version of hebbtorch"):
+        draw_all([root], tmp_path / "out", 0, print_quality=False)

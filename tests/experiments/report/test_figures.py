@@ -15,7 +15,7 @@ from tests.experiments.finished_runs import (
     write_csv,
     write_evaluation,
     write_freezing,
-    write_inner_life,
+    write_recording,
     write_run,
 )
 from tests.experiments.report.drawing import draw
@@ -123,18 +123,18 @@ def test_each_variant_has_its_figure(root: Path, out: Path) -> None:
     assert row["first"] == "η evolved"
 
 
-def test_inner_life(root: Path, out: Path) -> None:
+def test_recordings(root: Path, out: Path) -> None:
     plain = write_run(root, SMALL, [3.0, 5.0])
-    write_inner_life(plain, 2, growth=4.0, period=1.5)
+    write_recording(plain, 2, growth=4.0, period=1.5)
     normalized = write_run(root, replace(SMALL, normalize="l2"), [4.0])
-    write_inner_life(normalized, 1, gain=1.0)
+    write_recording(normalized, 1, gain=1.0)
     rows = draw("weight_distributions", root, out)
     assert [(row["run"], float(row["second"])) for row in rows] == [
         (run, second) for run in "01" for second in (1, 15, 60)
     ]
     assert float(rows[2]["largest"]) == pytest.approx(4 * float(rows[1]["largest"]))
     assert len(list(out.glob("normalized_weight_distributions.*"))) == 4
-    shutil.copy(normalized / "inner_life.json", plain / "random_genomes.json")
+    shutil.copy(normalized / "recording.json", plain / "random_genomes.json")
     rows = draw("weight_distributions", root, out)
     assert [row["whose"] for row in rows] == ["champion"] * 6 + ["random genome"] * 3
     (plain / "random_genomes.json").unlink()

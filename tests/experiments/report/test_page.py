@@ -119,7 +119,22 @@ def test_a_campaign_shows_its_conditions(run: Path, tmp_path: Path) -> None:
     text = write_page(root).read_text(encoding="utf-8")
     assert "worm-3x1" in text
     assert "paper&#x27;s claims" in text
-    assert data_of(root / "report.html")["charts"]["curves-0"]["curves"][0]["y"] == [1.5, 2.5, 3.5]
+    data = data_of(root / "report.html")
+    assert data["charts"]["curves-0"]["curves"][0]["y"] == [1.5, 2.5, 3.5]
+    assert [each["name"] for each in data["episodes"]] == ["worm-3x1 high, η = 0.2"]
+    assert data["episodes"][0]["layers"]
+
+
+def test_champions_of_a_campaign_act_beside_each_other(tmp_path: Path) -> None:
+    for name, config in (("plastic", PLASTIC), ("static", STATIC)):
+        run_folder(tmp_path, config, name)
+    episodes = data_of(write_page(tmp_path))["episodes"]
+    assert sorted(each["name"] for each in episodes) == [
+        "worm-3x1 high, MLP",
+        "worm-3x1 high, η = 0.2",
+    ]
+    shown = "activations" in episodes[0], "activations" in episodes[1]
+    assert shown == (True, False)  # of the first alone
 
 
 @pytest.mark.parametrize(

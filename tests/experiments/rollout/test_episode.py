@@ -10,8 +10,9 @@ import torch
 import hebbtorch
 from experiments.config import EvolveConfig
 from experiments.rollout import Episode, Outcome, Scenarios, controller, fused, simulator
-from experiments.rollout.control_loop import control_loop
+from experiments.rollout.control_loop import Loop, control_loop
 from physics import Simulator, Terrain
+from physics.scene import clock
 
 N = 3
 
@@ -21,7 +22,7 @@ def live(sim: Simulator, network: Any, duration: float, trace: bool = False, **o
     return Episode(sim, network, duration, **options).finish(trace=trace)
 
 
-def born(config: EvolveConfig):
+def begun(config: EvolveConfig):
     terrains = [Terrain.from_name("hilly-3-30", seed=i) for i in range(N)]
     sim = simulator(config, Scenarios(terrains, list(range(N)), list(range(N))))
     networks = controller.build(config, N)
@@ -49,9 +50,9 @@ def test_a_life_is_the_loop_of_the_paper(
     tiny: EvolveConfig, options: dict[str, Any], loop: Any, tolerance: float
 ) -> None:
     config = replace(tiny, **options)
-    life = live(*born(config), config.duration, loop=loop, trace=True)
+    life = live(*begun(config), config.duration, loop=loop, trace=True)
 
-    sim, networks = born(config)
+    sim, networks = begun(config)
     state = networks.initial_state()
     sim.reset()
     readings = sim.step(torch.zeros(N, sim.n_voxels))  # the first step has no actuation
@@ -77,8 +78,8 @@ def test_a_life_is_the_loop_of_the_paper(
 
 def test_keeping_a_trace_changes_nothing(tiny: EvolveConfig) -> None:
     for loop in ("fused", "torch"):
-        with_trace = live(*born(tiny), tiny.duration, loop=loop, trace=True)
-        without = live(*born(tiny), tiny.duration, loop=loop)
+        with_trace = live(*begun(tiny), tiny.duration, loop=loop, trace=True)
+        without = live(*begun(tiny), tiny.duration, loop=loop)
         assert torch.equal(with_trace.speed, without.speed)
         assert without.trace is None
 
@@ -89,7 +90,7 @@ def test_other_networks_are_driven_through_torch(tiny: EvolveConfig) -> None:
             y, state = super().forward(x, state, plastic)
             return -y, state
 
-    sim, networks = born(tiny)
+    sim, networks = begun(tiny)
     other = Backwards(networks.sizes, population=(N,))
     other.set_genomes(networks.genomes())
     own = live(sim, networks, tiny.duration, loop="torch")
@@ -105,9 +106,9 @@ def test_own_layers_in_an_own_network_are_driven_through_torch(tiny: EvolveConfi
         def update(self, weights, pre, post):
             return 0.5 * super().update(weights, pre, post)
 
-    sizes, expected = born(tiny)[1].sizes, live(*born(tiny), tiny.duration).speed
+    sizes, expected = begun(tiny)[1].sizes, live(*begun(tiny), tiny.duration).speed
     for make in (Decay, partial(hebbtorch.HebbianLinear, normalize="l2")):
-        sim, networks = born(tiny)
+        sim, networks = begun(tiny)
         other = make(sizes[1], sizes[2], population=(N,))
         other.set_genomes(networks.layers[1].genomes())
         networks.layers[1] = other
@@ -117,13 +118,13 @@ def test_own_layers_in_an_own_network_are_driven_through_torch(tiny: EvolveConfi
 
 
 def test_a_life_starts_at_birth_whatever_came_before(tiny: EvolveConfig) -> None:
-    sim, networks = born(tiny)
+    sim, networks = begun(tiny)
     first = live(sim, networks, tiny.duration)
     assert torch.equal(live(sim, networks, tiny.duration).speed, first.speed)
 
 
 def test_weights_at_birth_matter(tiny: EvolveConfig) -> None:
-    sim, networks = born(tiny)
+    sim, networks = begun(tiny)
     state = networks.initial_state("uniform", generator=torch.Generator().manual_seed(0))
     given: Outcome = live(sim, networks, tiny.duration, state=state)
     default: Outcome = live(sim, networks, tiny.duration)
@@ -170,7 +171,7 @@ def test_a_brain_for_other_worlds_is_refused(change: Any, message: str) -> None:
 def test_frozen_in_the_middle_the_weights_stay_and_the_robot_goes_on(tiny: EvolveConfig) -> None:
     ends = []
     for loop in ("fused", "torch"):
-        sim, networks = born(tiny)
+        sim, networks = begun(tiny)
         episode = Episode(sim, networks, tiny.duration, loop=loop)
         episode.run(episode.n_steps // 2)
         episode.freeze()
@@ -188,7 +189,7 @@ def test_both_loops_stop_learning_when_a_world_is_over(tiny: EvolveConfig) -> No
     ends = [0.1] + [10.0] * (N - 1)
     weights = {}
     for loop in ("fused", "torch"):
-        networks = born(tiny)[1]
+        networks = begun(tiny)[1]
         short = Simulator(
             tiny.shape, Terrain.from_name("flat"), N, sensors=tiny.sensors, lifetime=ends
         )
@@ -201,3 +202,28 @@ def test_both_loops_stop_learning_when_a_world_is_over(tiny: EvolveConfig) -> No
         assert not torch.equal(before[1], after[1])
         weights[loop] = after
     torch.testing.assert_close(weights["fused"], weights["torch"])
+
+
+@pytest.mark.parametrize("loop", ["fused", "torch"])
+def test_speed_of_a_robot_that_leaves_the_ground_is_that_up_to_then(
+    tiny: EvolveConfig, loop: Loop
+) -> None:
+    """It slides off a slope too steep for friction; another one is nowhere above its ground."""
+    edge = 20.0
+    slope = Terrain.from_profile([0, edge], [60, 0])
+    elsewhere = Terrain.from_profile([100, 200], [0, 0])
+    terrains = [slope, Terrain.from_name("flat"), elsewhere]
+    sim = Simulator(tiny.shape, terrains, N, sensors=tiny.sensors)
+    outcome = Episode(sim, begun(tiny)[1], 3.0, loop=loop).finish(trace=True)
+    assert outcome.trace is not None
+    assert sim.left_ground().tolist() == [True, False, True]
+    assert not outcome.failed.any()
+    x = outcome.trace[:, :, 0]  # from the end of the first step on
+    steps = int(x[:, 0].diff().nonzero()[-1]) + 1
+    assert x[steps, 0] > edge >= x[steps - 1, 0]
+    seconds = clock.time_after(1 + steps) - clock.time_after(1)
+    assert 0 < seconds < 2.9
+    whole = sim.time - clock.time_after(1)
+    ways = (x[[steps, -1, -1], range(N)] - x[0]).tolist()
+    expected = [ways[0] / seconds, ways[1] / whole, 0.0]
+    assert outcome.speed.tolist() == pytest.approx(expected)

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 import torch
 
-from experiments.analysis.unseen import reassess
+from experiments.analysis.unseen import changed_conditions, reassess
 from experiments.config import EvolveConfig
 from experiments.rollout import (
     Episode,
@@ -186,3 +186,116 @@ def test_wrong_arguments_of_fitness_are_named(
     given = genomes(tiny)[0] if shape is None else torch.zeros(shape)
     with pytest.raises(ValueError, match=f"{message}.* got"):
         fitness(tiny)(given, generation)
+
+
+@pytest.mark.parametrize("loop", ["fused", "torch"])
+def test_every_genome_may_have_a_body_of_its_own(tiny: EvolveConfig, loop: str) -> None:
+    """In one batch, with the values of each body's own batch, bit for bit."""
+    names = ["worm-2x1", "worm-3x1", "worm-2x1"]
+    bodies = [Morphology.from_name(name) for name in names]
+    config = replace(tiny, loop=loop, init="uniform", damage="half")
+    evaluate = fitness(config, bodies)
+    draws = torch.Generator().manual_seed(0)
+    own = [torch.randn(count, generator=draws) for count in evaluate.n_genes]
+    values = evaluate(own, 2)
+    for b, body in enumerate(bodies):
+        alone = fitness(config, body)
+        assert evaluate.n_genes[b] == alone.n_genes
+        assert alone(own[b].expand(3, -1), 2)[b] == values[b]
+
+
+def test_genomes_that_do_not_fit_their_bodies_are_told(tiny: EvolveConfig) -> None:
+    bodies = [Morphology.from_name(name) for name in ("worm-2x1", "worm-3x1")]
+    evaluate = fitness(tiny, bodies)
+    own = [torch.zeros(count) for count in evaluate.n_genes]
+    with pytest.raises(ValueError, match="genomes: expected 2, one for each body, got 3"):
+        evaluate([*own, own[0]], 1)
+    with pytest.raises(ValueError, match="genomes: expected .* genes for body 0, got shape"):
+        evaluate(own[::-1], 1)
+
+
+def test_teams_can_be_frozen_and_looked_at(tiny: EvolveConfig) -> None:
+    """Weights of every robot's networks, in the kernel and in torch."""
+    bodies = [Morphology.from_name(name) for name in ("worm-2x1", "worm-3x1", "worm-2x1")]
+    weights = {}
+    for loop in ("fused", "torch"):
+        config = replace(tiny, loop=loop, noise=0.0)
+        counts = fitness(config, bodies).n_genes
+        own = [torch.linspace(-1, 1, count) for count in counts]
+        episode = start_episode(
+            config, own, Scenarios.training("flat", [(0, 1, b) for b in range(3)]), shape=bodies
+        )
+        episode.run(5)
+        episode.freeze()
+        frozen = episode.state()
+        episode.run(5)
+        assert all(map(torch.equal, frozen.weights, episode.state().weights))
+        weights[loop] = frozen.weights
+    assert len(weights["fused"]) == 4
+    for ours, theirs in zip(weights["fused"], weights["torch"], strict=True):
+        assert ours.shape == theirs.shape
+        assert torch.allclose(ours, theirs, atol=1e-4)
+
+
+# --- noise by kind, and when and where voxels break --------------------------------------------
+
+
+def test_noise_may_differ_by_kind_of_sensor(tiny: EvolveConfig) -> None:
+    """Every kind that is not named has the common noise; the kernel is the same one."""
+    config = replace(tiny, sensors="high", noise=0.2, noise_area=0.0, noise_lidar=0.5)
+    assert tiny.noises() == tiny.noise
+    noises = config.noises()
+    assert noises == {"area": 0.0, "touch": 0.2, "velocity": 0.2, "lidar": 0.5}
+    scenarios = Scenarios.training("flat", [(0, 1, b) for b in range(64)])
+    noisy = simulator(config, scenarios).readings()
+    clean = simulator(replace(config, noise=0.0, noise_lidar=0.0), scenarios)
+    spread = (noisy - clean.readings()).std(0)
+    wanted = torch.tensor([noises[kind] for kind in clean.sensor_kinds])
+    assert torch.allclose(spread, wanted, rtol=0.3)
+    assert torch.equal(
+        Evaluator(replace(tiny, noise_area=0.01, noise=0.0, sensors="low"))(genomes(tiny), 1).speed,
+        Evaluator(replace(tiny, noise=0.01, sensors="low"))(genomes(tiny), 1).speed,
+    )
+
+
+def test_when_and_where_voxels_break(tiny: EvolveConfig) -> None:
+    config = replace(
+        tiny, damage="half", damage_time=0.1, damage_until=0.3, damage_voxels="1", duration=0.5
+    )
+    config.validate()
+    episode = start_episode(
+        config, genomes(config)[0], Scenarios.training("flat", [(0, 1, b) for b in range(8)])
+    )
+    broken = []
+    for _ in range(episode.n_steps):
+        broken.append(episode.sim.broken())
+        episode.run(1)
+    steps = torch.stack(broken)
+    assert not steps[:, :, 0].any()
+    assert steps[:, 0, 1].nonzero().flatten().tolist() == list(range(6, 18))
+    assert (steps[:, :, 1] == steps[:, :1, 1]).all()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"damage_voxels": "0,7"}, "damage_voxels: expected numbers from 0 to 1"),
+        ({"damage_voxels": "all"}, "damage_voxels: expected numbers of voxels such as"),
+        ({"damage_until": 0.1}, "damage_until: expected more than 0.25 s"),
+        ({"damage_time": -1.0}, "damage_time: expected a finite number >= 0"),
+        ({"noise_touch": -0.1}, "noise_touch: expected a finite number >= 0"),
+    ],
+)
+def test_bad_damage_and_noise_are_told(
+    tiny: EvolveConfig, options: dict[str, Any], words: str
+) -> None:
+    with pytest.raises(ValueError, match=words):
+        replace(tiny, **options).validate()
+
+
+def test_champions_can_meet_other_conditions() -> None:
+    changes = changed_conditions(["gravity=5", "noise_lidar=0.1", "damage_voxels=0"])
+    assert changes == {"gravity": 5, "noise_lidar": 0.1, "damage_voxels": "0"}
+    for wrong in ("gravity", "shape=worm-7x1", "wind=3", "gravity="):
+        with pytest.raises(ValueError, match="change: expected NAME=VALUE with one of noise, "):
+            changed_conditions([wrong])

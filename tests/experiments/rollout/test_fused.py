@@ -14,8 +14,9 @@ N = 3
 STEPS = 60  # one second
 F64 = torch.float64
 
+# A program is compiled for each set of features, so they come together in few networks.
 PLASTIC: dict[str, dict[str, Any]] = {
-    "neuron-centric": {"sharing": "neuron", "eta": "evolved"},
+    "neuron-centric": {"sharing": "neuron", "eta": "evolved", "normalize": "l2", "init": "kaiming"},
     "attractor": {
         "normalize": "max",
         "average": 10,
@@ -25,9 +26,17 @@ PLASTIC: dict[str, dict[str, Any]] = {
         "init": "uniform",
         "eta": 0.1,
     },
-    "fixed and biased": {"fixed": True, "bias": True, "normalize": "l2", "init": "evolved"},
-    "authors": {"constant_last_input": True, "exchange_bc": True, "init": "kaiming"},
+    "recurrent": {
+        "normalize": "minmax",
+        "average": 3,
+        "fixed": True,
+        "bias": True,
+        "constant_last_input": True,
+        "exchange_bc": True,
+        "init": "evolved",
+    },
 }
+MASK = torch.tensor([True, False, True])
 
 
 def seeded(seed: int) -> torch.Generator:
@@ -41,7 +50,7 @@ def worlds() -> Simulator:
     return sim
 
 
-def born(network: Any) -> tuple[Any, hebbtorch.State]:
+def begun(network: Any) -> tuple[Any, hebbtorch.State]:
     network.set_genomes(2 * torch.rand(N, network.n_genes, generator=seeded(2), dtype=F64) - 1)
     return network, network.initial_state(generator=seeded(3))
 
@@ -72,39 +81,34 @@ def assert_close(one: hebbtorch.State, other: hebbtorch.State) -> None:
             torch.testing.assert_close(item, theirs[name], rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("name", PLASTIC)
+def network_of(name: str) -> tuple[hebbtorch.HebbianMLP, hebbtorch.State]:
+    kind = hebbtorch.HebbianRNN if name == "recurrent" else hebbtorch.HebbianMLP
+    sizes = [worlds().n_readings, 3, 2]
+    return begun(kind(sizes, population=(N,), dtype=F64, **PLASTIC[name]))
+
+
+@pytest.mark.parametrize("name", ["neuron-centric", "recurrent"])
 def test_plastic_networks(name: str) -> None:
-    sizes = [worlds().n_readings, 3, 2]
-    assert_loops_agree(
-        *born(hebbtorch.HebbianMLP(sizes, population=(N,), dtype=F64, **PLASTIC[name]))
-    )
+    assert_loops_agree(*network_of(name))
 
 
-def test_recurrent_networks() -> None:
-    sizes = [worlds().n_readings, 3, 2]
-    static = hebbtorch.StaticRNN(
-        sizes, gain=3.0, bias=True, input_activation="tanh", population=(N,), dtype=F64
-    )
-    assert_loops_agree(*born(static))
-    plastic = hebbtorch.HebbianRNN(
-        sizes, average=3, normalize="minmax", init="normal", population=(N,), dtype=F64
-    )
-    assert_loops_agree(*born(plastic))
-
-
-def test_interventions_and_a_mask_of_who_learns() -> None:
+def test_averages_rarer_updates_bounds_and_who_learns() -> None:
+    network, state = network_of("attractor")
+    assert_loops_agree(network, state.freeze(~MASK).drop("A"))
     sim = worlds()
-    sizes = [sim.n_readings, 3, 2]
-    network, state = born(
-        hebbtorch.HebbianMLP(sizes, normalize="l2", init="uniform", population=(N,), dtype=F64)
-    )
-    mask = torch.tensor([True, False, True])
-    assert_loops_agree(network, state.freeze(~mask).drop("A"))
-    loop = fused.pack(sim, network, state, plastic=mask)
+    loop = fused.pack(sim, network, state, plastic=MASK)
     loop.run(sim, 5)
     for old, new in zip(state.weights, loop.state().weights, strict=True):
         assert torch.equal(old[1], new[1])
         assert not torch.equal(old[0], new[0])
+
+
+def test_static_recurrent_networks() -> None:
+    sizes = [worlds().n_readings, 3, 2]
+    static = hebbtorch.StaticRNN(
+        sizes, gain=3.0, bias=True, input_activation="tanh", population=(N,), dtype=F64
+    )
+    assert_loops_agree(*begun(static))
 
 
 @pytest.mark.parametrize(
@@ -134,9 +138,7 @@ def test_what_the_kernel_does_not_know_goes_through_torch_and_is_said_once(
 
 @torch.no_grad()
 def test_both_loops_fill_a_monitor_alike() -> None:
-    network, state = born(
-        hebbtorch.HebbianMLP([worlds().n_readings, 3, 2], population=(N,), dtype=F64)
-    )
+    network, state = network_of("neuron-centric")
     one, other = worlds(), worlds()
     with hebbtorch.Monitor(network, every=7) as plain:
         TorchLoop(other, network, state).run(other, 20)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 import torch
 
@@ -12,6 +14,7 @@ from experiments.config import EvolveConfig
 from experiments.evolution.evolve import Session
 from experiments.io import tensors
 from experiments.soak import trials, worlds
+from experiments.soak.counts import EpisodeCounts
 from experiments.soak.damage import DamageCounts, Original, try_flip
 from experiments.soak.energy import energy_per_kg
 from experiments.soak.kills import KillCounts, try_kills, undisturbed
@@ -50,7 +53,7 @@ def test_a_missing_digest_would_be_seen(
     monkeypatch.setattr(
         tensors, "_checked_config", lambda metadata, _: json.loads(metadata["hebbtorch"])["config"]
     )
-    for trial in range(60):
+    for trial in range(200):
         try_flip(5, trial, original, counts)
     assert counts.silent.total() > 0
 
@@ -117,3 +120,28 @@ def test_the_command_writes_its_counts(tmp_path: Path) -> None:
     assert content["seed"] == 7
     assert content["kills"]["chains"] == content["worlds"]["trials"] == 1
     assert content["broken"] == []
+
+
+def test_staggered_episodes_are_as_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A trial finds nothing; and something where a world's reset touches another."""
+    from experiments.soak import episodes
+
+    monkeypatch.setattr(episodes, "_STEPS", 60)
+    monkeypatch.setattr(episodes, "_SHAPES", ("worm-3x1", "box-2x2"))
+    counts = EpisodeCounts()
+    for trial in range(2):
+        episodes.try_episodes(3, trial, counts)
+    assert counts.faults.total() == 0
+    assert counts.resets > 10
+    reset = Simulator.reset
+
+    def careless(sim: Simulator, worlds: Any = None, *rest: Any, **options: Any) -> Any:
+        if worlds is not None and len(worlds) > 1:
+            worlds = worlds | np.roll(worlds, 1)
+            options = {}
+        return reset(sim, worlds, *rest, **options)
+
+    monkeypatch.setattr(Simulator, "reset", careless)
+    episodes.try_episodes(3, 0, counts)
+    assert counts.faults["other than alone"] > 0
+    assert "trial 0" in counts.examples[0]

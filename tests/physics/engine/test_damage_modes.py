@@ -21,7 +21,7 @@ SOME = torch.tensor([voxel in (0, 3, 4, 9) for voxel in range(10)])
 GROUND = Terrain.from_name("hilly-1-5-0")
 
 
-def live(damage: Damage | None, noise: float = 0.05) -> tuple[Tensor, Tensor, Tensor]:
+def live(damage: Any, noise: float = 0.05) -> tuple[Tensor, Tensor, Tensor]:
     """Readings, actuation in force and poses after each step of bipeds, (STEPS, WORLDS, ...)."""
     sim = Simulator("biped-4x3", GROUND, WORLDS, sensors="high", noise=noise, damage=damage, seed=7)
     readings, actuations, poses = [], [], []
@@ -160,3 +160,32 @@ def test_a_damaged_world_is_the_same_alone(mode, masked):
         own_readings, own_poses = run([world])
         assert torch.equal(own_readings[0], readings[world])
         assert torch.equal(own_poses[0], poses[world])
+
+
+# --- damage of each world -------------------------------------------------------------------------
+
+
+def test_worlds_may_break_at_different_times():
+    """Each as if all had its damage; None breaks nothing."""
+    early = Damage(0.5, BREAKS)
+    late = Damage(time=MENDS, mask=SOME)
+    each = [None, early, late, early, None, late, early, late, None, early]
+    mixed = live(each)
+    for damage in (None, early, late):
+        worlds = [world for world, own in enumerate(each) if own is damage]
+        alone = live(damage)
+        for ours, theirs in zip(mixed, alone, strict=True):
+            assert torch.equal(ours[:, worlds], theirs[:, worlds])
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        ([None] * 3, "damage: expected one or a list of 10, got 3"),
+        ([Damage(), Damage(mode="blind")] * 5, "same mode in all worlds, got blind, rest"),
+        ([0.5] * 10, "damage: expected physics.Damage or None, got 0.5"),
+    ],
+)
+def test_bad_damage_of_worlds_is_told(damage, message):
+    with pytest.raises(ValueError, match=message):
+        live(damage)

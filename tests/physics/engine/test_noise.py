@@ -25,7 +25,7 @@ def noise(
     sigma: float = SIGMA,
     worlds: int = WORLDS,
 ) -> np.ndarray:
-    """Noise over sigma of voxels at rest in empty space, at birth and after each step: readings
+    """Noise over sigma of voxels at rest in empty space, at the start and after each step: readings
     less those without noise, (1 + steps, worlds, 5)."""
     at_rest = torch.tensor([0.5, 0.0, 1.0, 1.0, 1.0], dtype=DOUBLE)
     sim = Simulator(

@@ -13,6 +13,7 @@ from physics.scene import material
 
 SEEDS = 8
 STEPS = 300
+LASTING = 3  # steps in a row
 CLIFF = Terrain.from_profile([0, 10, 40, 40.5, 60, 60.5, 100], [100, 0, 0, 4, 4, -6, -6])
 OMEGA = 2 * math.pi * material.SPRING_FREQUENCY
 
@@ -58,18 +59,26 @@ def energy(sim: Simulator) -> Tensor:
 
 @pytest.mark.parametrize("shape", ["worm-7x1", "biped-4x3"])
 def test_passive_robots_gain_no_energy(shape: str) -> None:
-    """Beyond what a square's way out of the ground within a step puts into the springs: on hills up
-    to 0.3 J/kg, on steps 5 m high up to 1.3 J/kg, and never more than was lost."""
-    families = ("steppy-3-10", "steppy-5-10", "hilly-3-30")
-    grounds = [Terrain.from_name(name, seed=seed) for name in families for seed in range(SEEDS)]
-    sim = Simulator(shape, [*grounds, CLIFF], len(grounds) + 1)
+    """A corner that touches nothing may sink into the ground within a step, which unloads springs
+    behind it; the next steps push it out and load them again. So energy dips for a step or two.
+    None comes back above the greatest of three steps in a row; only steps 5 m high have dips of
+    more than 1 J/kg.
+    """
+    families = {"steppy-3-10": 1.0, "hilly-3-30": 1.0, "steppy-5-10": 1.5}
+    terrains = [Terrain.from_name(name, seed=seed) for name in families for seed in range(SEEDS)]
+    bound = torch.tensor([*(each for each in families.values() for _ in range(SEEDS)), 1.0])
+    sim = Simulator(shape, [*terrains, CLIFF], len(terrains) + 1)
     start = sim.center_of_mass()[:, 1]
-    least = energy(sim)
+    least = lasting = first = energy(sim)
+    recent = [first] * LASTING
     for _ in range(STEPS):
         sim.step(torch.zeros(sim.n_worlds, sim.n_voxels))
         now = energy(sim)
-        assert (now - least).max() < 1.5
+        assert (now - least < bound).all()
+        assert (now - lasting).max() < 0.6
         least = torch.minimum(least, now)
+        recent = [*recent[1:], now]
+        lasting = torch.minimum(lasting, torch.stack(recent).amax(0))
         assert (sim.center_of_mass()[:, 1] <= start + 1e-3).all()
     assert not sim.failed().any()
-    assert (least < energy(Simulator(shape, [*grounds, CLIFF], sim.n_worlds)) - 2).all()
+    assert (least < first - 2).all()

@@ -94,10 +94,10 @@ def test_lidar_sees_the_ground_from_anywhere():
 
 def test_values_at_birth_and_without_ground():
     sim = Simulator("biped-4x3", None, sensors="high", dtype=DOUBLE)
-    birth = dict(zip(sim.sensor_names, sim.reset()[0].tolist(), strict=True))
-    at_birth = {"area": 0.5, "touch": 0.0, "velocity": 0.5, "lidar": 1.0}
+    first = dict(zip(sim.sensor_names, sim.reset()[0].tolist(), strict=True))
+    expected = {"area": 0.5, "touch": 0.0, "velocity": 0.5, "lidar": 1.0}
     for name, kind in zip(sim.sensor_names, sim.sensor_kinds, strict=True):
-        assert birth[name] == pytest.approx(at_birth[kind], abs=1e-12), name
+        assert first[name] == pytest.approx(expected[kind], abs=1e-12), name
 
 
 @pytest.mark.parametrize("angle", [0.0, 2.0, math.pi, -2.5])

@@ -90,3 +90,50 @@ def test_skrl() -> None:
         assert torch.equal(env.reset()[0], observations)
         assert reward.shape == terminated.shape == truncated.shape == (N, 1)
     assert first.shape == observations.shape == (N, 11)
+
+
+def test_skrl_wraps_and_trains() -> None:
+    """skrl's own wrapper takes the worlds and sees the same; its agent learns on the adapter."""
+    pytest.importorskip("skrl")
+    from skrl.agents.torch.ppo import PPO
+    from skrl.envs.wrappers.torch import wrap_env
+    from skrl.memories.torch import RandomMemory
+    from skrl.trainers.torch import SequentialTrainer
+    from skrl.utils.model_instantiators.torch import deterministic_model, gaussian_model
+
+    from physics.envs.skrl import VoxelSkrlEnv
+
+    env = VoxelSkrlEnv(**SMALL)
+    wrapped = wrap_env(VoxelVectorEnv(**SMALL), verbose=False)
+    assert wrapped.num_envs == N
+    env._worlds.reset(seed=3)
+    wrapped._env.reset(seed=3)
+    for action in ACTIONS[:5]:
+        ours, theirs = env.step(action), wrapped.step(action)
+        assert all(torch.equal(one, other) for one, other in zip(ours[:4], theirs[:4], strict=True))
+
+    spaces = {
+        "observation_space": env.observation_space,
+        "action_space": env.action_space,
+        "device": env.device,
+    }
+    layers = [{"name": "net", "input": "OBSERVATIONS", "layers": [8], "activations": "elu"}]
+    models = {
+        "policy": gaussian_model(**spaces, network=layers, output="ACTIONS"),
+        "value": deterministic_model(**spaces, network=layers, output="ONE"),
+    }
+    options = {
+        "rollouts": 16,
+        "learning_epochs": 1,
+        "mini_batches": 2,
+        "experiment": {"write_interval": 0, "checkpoint_interval": 0},
+    }
+    memory = RandomMemory(memory_size=16, num_envs=N, device=env.device)
+    agent = PPO(models=models, memory=memory, cfg=options, **spaces)
+    quiet = {"headless": True, "disable_progressbar": True, "close_environment_at_exit": False}
+    trainer = SequentialTrainer(env=env, agents=agent, cfg={"timesteps": 20, **quiet})
+    trainer.train()
+    before = [parameter.clone() for parameter in models["policy"].parameters()]
+    trainer.train()
+    after = models["policy"].parameters()
+    assert any(not torch.equal(one, other) for one, other in zip(before, after, strict=True))

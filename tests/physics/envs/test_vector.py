@@ -201,3 +201,25 @@ def test_bad_resets_are_told(options: dict[str, Any], message: str) -> None:
 def test_bad_settings_are_told(settings: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         VoxelVectorEnv(**{**SMALL, **settings})
+
+
+def test_worlds_may_have_different_robots() -> None:
+    """All have the spaces of the largest; each robot moves as it does alone."""
+    shapes = ["worm-2x1", "worm-3x1", "worm-2x1", "worm-3x1", "worm-2x1"]
+    env = make(shape=shapes, task="jumping")
+    first, _ = env.reset(seed=7)
+    assert env.single_action_space.shape == (3,)
+    actions = torch.rand(32, N, 3, generator=torch.Generator().manual_seed(0)) * 2 - 1
+    outputs = [env.step(action) for action in actions]  # into the second episode
+    assert all(torch.isfinite(each).all() for output in outputs for each in output[:2])
+    for world in (0, 1):
+        alone = VoxelVectorEnv(num_envs=1, **{**SMALL, "shape": shapes[world], "task": "jumping"})
+        own = alone.reset(seed=[7 + world])[0]
+        r, v = alone.sim.n_readings, alone.sim.n_voxels
+        assert torch.equal(first[[world], :r], own)
+        assert (first[world, r:] == 0).all()
+        for action, output in zip(actions, outputs, strict=True):
+            observation, reward, _, truncated, _ = alone.step(action[[world], :v])
+            assert torch.equal(output[0][[world], :r], observation)
+            assert torch.equal(output[1][[world]], reward)
+            assert torch.equal(output[3][[world]], truncated)

@@ -62,6 +62,21 @@ def test_windows_hold_the_samples_not_older_than_the_interval(interval, lengths)
     assert set(windows[40:].tolist()) == lengths
 
 
+@pytest.mark.parametrize("interval", [0.25, 0.3, 0.5, 2.0])
+def test_windows_beyond_the_first_steps_change_where_those_of_counting_do(interval):
+    after, n = 500, 2**21
+    steps, lengths = clock.window_changes(after, interval)
+    own = steps <= n
+    windows = clock.window_lengths(n, interval)
+    changes = np.flatnonzero(windows[after + 1 :] != windows[after:-1]) + after + 2
+    assert steps[own].tolist() == [after + 1, *changes]
+    assert (lengths[own] == windows[steps[own] - 1]).all()
+    assert steps[-1] > 5e8
+    for step, length in zip(steps, lengths, strict=True):
+        span = clock.times_after(step - np.arange(length + 2))
+        assert (span >= span[0] - interval).sum() == length
+
+
 def test_windows_are_those_of_the_recorded_touch_readings():
     record = load("sensors_biped")
     column = record["names_high"].tolist().index("v3_0_touch")

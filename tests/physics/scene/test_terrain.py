@@ -111,7 +111,6 @@ def test_flat_with_start_is_tilted_under_the_robot_and_then_level():
 def test_heights_lie_on_the_segments():
     terrain = Terrain.from_profile([0, 2, 3], [1.0, 5.0, -1.0])
     assert terrain.height([[-1, 0, 1], [2.5, 3, 9]]).tolist() == [[1, 1, 3], [2, -1, -1]]
-    assert terrain.bottom == -51.0
 
 
 def test_a_terrain_cannot_be_changed():

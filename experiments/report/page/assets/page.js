@@ -223,7 +223,7 @@ async function main() {
   for (const [id, each] of Object.entries(data.charts || {})) {
     chart(document.getElementById(id), each);
   }
-  if (data.episodes) {
+  if (data.episodes && data.episodes.length) {
     const episodes = await Promise.all(data.episodes.map(unpackEpisode));
     new Player(document.getElementById("episode"), episodes);
   }
