@@ -20,6 +20,7 @@ PAGES = {
     "physics/FIDELITY.md": "fidelity.md",
     "experiments/bench/RESULTS.md": "speed.md",
     "experiments/results/REPORT.md": "results.md",
+    "experiments/results/ATTRACTORS.md": "attractors.md",
     "CONTRIBUTING.md": "contributing.md",
     "CHANGELOG.md": "changelog.md",
 }

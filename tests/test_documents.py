@@ -1,5 +1,6 @@
-"""Every Python block of the README and of the documentation runs."""
+"""Every Python block of the README and of the documentation runs, and claims have their pages."""
 
+import importlib.util
 import re
 from pathlib import Path
 
@@ -33,3 +34,24 @@ def test_the_blocks_of_a_page_run_one_after_the_other(
 def test_pages_with_code_are_found() -> None:
     assert ROOT / "README.md" in WITH_CODE
     assert len(WITH_CODE) >= 5
+
+
+def test_every_claim_has_a_page_with_what_each_campaign_says() -> None:
+    pytest.importorskip("mkdocs")
+    from experiments.report.claims.paper import CLAIMS
+
+    spec = importlib.util.spec_from_file_location("hooks", ROOT / "docs" / "hooks.py")
+    assert spec is not None
+    assert spec.loader is not None
+    hooks = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(hooks)
+    pages = hooks._claims()
+    assert sorted(pages) == sorted(claim.number for claim in CLAIMS)
+    for number, (_, *campaigns) in pages.items():
+        page = f"results/claim-{number}.md"
+        assert f"](docs/{page})" in hooks._index(pages)
+        assert [text.split()[2] for text, _ in campaigns] == ["first-scale", "ten-runs"]
+        for text, source in campaigns:
+            assert "hebbtorch campaign" in text
+            _, pictures = hooks._moved(text, source, page)
+            assert all((ROOT / picture).is_file() for picture in pictures)

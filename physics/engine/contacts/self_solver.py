@@ -130,19 +130,22 @@ def solve_positions(S: ti.template(), m: ti.template(), live, T: ti.template()):
                 separation = (dx * nx + dy * ny) - self_contact[point + lay.MP_DEPTH]
                 off = off | (mask & (separation < T.f(-3.0) * tolerance))
                 error = separation + tolerance
-                deepest = T.vec(-material.MAX_CORRECTION)
-                error = ti.select(error > zero, zero, ti.select(error < deepest, deepest, error))
-                a1 = (r1x * ny - r1y * nx) * T.f(1 / lay.GYRATION)
-                a2 = (r2x * ny - r2y * nx) * T.f(1 / lay.GYRATION)
-                old = self_contact[point + lay.MP_JP]
-                total = old - error * T.f(material.BAUMGARTE) / (T.f(2.0) + (a1 * a1 + a2 * a2))
-                total = ti.select(mask & (total > zero), total, ti.select(mask, zero, old))
-                change = total - old
-                self_contact[point + lay.MP_JP] = total
-                moves = mask & (
-                    change != zero
-                )  # most self-contacts are less deep than the tolerance
-                sides = 2 if any_lane(moves, T) else 0
+                # Most are less deep than the tolerance: nothing would change.
+                sides = 2 if any_lane(mask & (error < zero), T) else 0
+                change, a1, a2 = zero, zero, zero
+                if sides > 0:
+                    deepest = T.vec(-material.MAX_CORRECTION)
+                    error = ti.select(
+                        error > zero, zero, ti.select(error < deepest, deepest, error)
+                    )
+                    a1 = (r1x * ny - r1y * nx) * T.f(1 / lay.GYRATION)
+                    a2 = (r2x * ny - r2y * nx) * T.f(1 / lay.GYRATION)
+                    old = self_contact[point + lay.MP_JP]
+                    total = old - error * T.f(material.BAUMGARTE) / (T.f(2.0) + (a1 * a1 + a2 * a2))
+                    total = ti.select(mask & (total > zero), total, ti.select(mask, zero, old))
+                    change = total - old
+                    self_contact[point + lay.MP_JP] = total
+                moves = mask & (change != zero)
                 for second in range(sides):  # a loop, because it compiles the code of ``move`` once
                     body = S.at[S.lists[entry + 1 + second]]
                     shift = zero - change
