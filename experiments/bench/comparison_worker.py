@@ -19,17 +19,32 @@ from typing import Any
 
 def _workload(checkout: Path, kind: str, shape: str, worlds: int, seed: int) -> Any:
     """The robots, from that checkout's code."""
+    _forget_installed(checkout)
     import experiments.bench.workload as workload
-    import physics
 
-    for module in (workload, physics):
-        if checkout not in Path(str(module.__file__)).resolve().parents:
-            raise ImportError(f"{module.__name__} is not in it")
+    for name, module in list(sys.modules.items()):
+        file = getattr(module, "__file__", None)
+        ours = name.partition(".")[0] in ("experiments", "hebbtorch", "physics")
+        if ours and file and checkout not in Path(file).resolve().parents:
+            raise ImportError(f"{name} is not in it")
     if kind == "open":
         return workload.OpenLoop(shape, worlds, seed)
     if kind == "own":
         return workload.OwnModule(shape, worlds, seed)
     return workload.ClosedLoop(shape, kind, worlds, seed)  # type: ignore[arg-type]
+
+
+def _forget_installed(checkout: Path) -> None:
+    """Keeps Python from completing the checkout with modules of the program that is installed.
+
+    `experiments` is a namespace, of which Python joins all the folders that it finds.
+    """
+    sys.meta_path[:] = [
+        finder for finder in sys.meta_path if "editable" not in getattr(finder, "__module__", "")
+    ]
+    import experiments
+
+    experiments.__path__ = [str(checkout / "experiments")]
 
 
 def _main() -> None:

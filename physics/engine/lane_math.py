@@ -76,10 +76,15 @@ _COS = (1 / 40320, -1 / 720, 1 / 24, -1 / 2, 1.0)
 _SIN_DOUBLE = (-1 / 1307674368000, 1 / 6227020800, -1 / 39916800, *_SIN)
 _COS_DOUBLE = (-1 / 87178291200, 1 / 479001600, -1 / 3628800, *_COS)
 
+# Up to this angle x [rad] the first terms alone give the same bits in float32: x^2 / 24 is below
+# 2^-26, half the distance from 1/2 to the next smaller number, and x^2 / 120 below 2^-27, half that
+# of 1/6 to its neighbours, so that the higher terms change neither coefficient.
+TINY_TURN = 5.9e-4
+
 
 @ti.func
-def rotate(c, s, angle, T: ti.template()):
-    """Turns the unit vector (c, s) by a small angle and renormalises it."""
+def sine_cosine(angle, T: ti.template()):
+    """Sine and cosine of a small angle [rad]."""
     z = angle * angle
     sine = angle
     cosine = angle
@@ -89,8 +94,39 @@ def rotate(c, s, angle, T: ti.template()):
     else:
         sine = angle * polynomial(z, _SIN, T)
         cosine = polynomial(z, _COS, T)
+    return sine, cosine
+
+
+@ti.func
+def sines_cosines(angle1, angle2, T: ti.template()):
+    """``sine_cosine`` of two angles, which takes a third of the work where both are tiny."""
+    sine1, cosine1, sine2, cosine2 = angle1, angle1, angle2, angle2
+    if ti.static(T.double):
+        sine1, cosine1 = sine_cosine(angle1, T)
+        sine2, cosine2 = sine_cosine(angle2, T)
+    else:
+        z1, z2 = angle1 * angle1, angle2 * angle2
+        if any_lane(z1 + z2 > T.f(TINY_TURN**2), T):
+            sine1, cosine1 = sine_cosine(angle1, T)
+            sine2, cosine2 = sine_cosine(angle2, T)
+        else:
+            sine1, cosine1 = angle1 * polynomial(z1, _SIN[-2:], T), polynomial(z1, _COS[-2:], T)
+            sine2, cosine2 = angle2 * polynomial(z2, _SIN[-2:], T), polynomial(z2, _COS[-2:], T)
+    return sine1, cosine1, sine2, cosine2
+
+
+@ti.func
+def turned(c, s, sine, cosine, T: ti.template()):
+    """Turns the unit vector (c, s) by an angle and renormalises it."""
     new_c = c * cosine - s * sine
     new_s = s * cosine + c * sine
     # One Newton step towards 1 / |(c, s)|: the length is already 1 up to rounding.
     norm = T.f(1.5) - T.f(0.5) * (new_c * new_c + new_s * new_s)
     return new_c * norm, new_s * norm
+
+
+@ti.func
+def rotate(c, s, angle, T: ti.template()):
+    """Turns the unit vector (c, s) by a small angle [rad] and renormalises it."""
+    sine, cosine = sine_cosine(angle, T)
+    return turned(c, s, sine, cosine, T)

@@ -155,10 +155,11 @@ Profile = tuple[np.ndarray, np.ndarray]
 
 def _walled(xs: np.ndarray, ys: np.ndarray, left: float, right: float) -> Profile:
     """The ground (xs, ys) between two walls, up to heights ``left`` and ``right`` [m]."""
-    return (
-        np.concatenate(([xs[0] - _WALL_WIDTH], xs, [xs[-1] + _WALL_WIDTH])),
-        np.concatenate(([left], ys, [right])),
-    )
+    profile = np.empty((2, len(xs) + 2))
+    profile[0, 1:-1], profile[1, 1:-1] = xs, ys
+    profile[0, 0], profile[0, -1] = xs[0] - _WALL_WIDTH, xs[-1] + _WALL_WIDTH
+    profile[1, 0], profile[1, -1] = left, right
+    return profile[0], profile[1]
 
 
 def _slope(degrees: float) -> Profile:
@@ -198,12 +199,15 @@ def _walk(h: float, w: float, seed: int, until: float, pause: float = 0.0) -> Pr
     attempts = 32 + int(1.4 * (until - _START) / max(w, 1.0))  # mostly enough; never too few
     while True:
         across, up = java_gaussian_pairs(seed, attempts)
-        steps = np.maximum(1.0, (across * 0.25 + 1.0) * w) + pause
-        xs = np.cumsum(np.concatenate(([_START], steps)))
+        xs = np.empty(len(across) + 1)
+        xs[0] = _START
+        xs[1:] = np.maximum(1.0, (across * 0.25 + 1.0) * w) + pause
+        xs.cumsum(out=xs)
         if xs[-1] >= until:
-            points = int(np.searchsorted(xs, until)) + 1
-            ys = np.cumsum(np.concatenate(([0.0], up[: points - 1] * h)))
-            return xs[:points], ys
+            points = int(xs.searchsorted(until)) + 1
+            ys = np.zeros(points)
+            ys[1:] = up[: points - 1] * h
+            return xs[:points], ys.cumsum(out=ys)
         attempts *= 2
 
 

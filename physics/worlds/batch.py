@@ -26,6 +26,19 @@ _POSE_ITEMS = lay.SIN + 1  # of a body: x, y, angle, cosine, sine
 _FAR = 1e30  # where a world without ground ends [m]
 _SPARE = 1.25  # room that grows does so by this much more
 
+_SQUARES = 4 * lay.BODY_ITEMS
+_SHARED = lay.BREAKS - _SQUARES  # items of a voxel, behind its squares, that begin alike everywhere
+_OWN_VOXEL_ITEMS = lay.VOXEL_ITEMS - _SHARED
+
+
+def own_items(layout: Layout) -> Tensor:
+    """Numbers of the items in which a world may begin otherwise than another, (I,): the squares,
+    breaks and springs of each voxel, and the header."""
+    own = torch.cat([torch.arange(_SQUARES), torch.arange(lay.BREAKS, lay.VOXEL_ITEMS)])
+    voxels = torch.arange(0, layout.header, lay.VOXEL_ITEMS)[:, None] + own
+    header = torch.arange(layout.header, layout.header + lay.HEADER_ITEMS)
+    return torch.cat([voxels.flatten(), header])
+
 
 class Batch:
     """N worlds, as they are when an episode begins.
@@ -148,38 +161,36 @@ class Batch:
     # --- the first instant ----------------------------------------------------------------------
 
     def first_states(self, layout: Layout, chosen: np.ndarray) -> Tensor:
-        """The state of some worlds at the start of their next episode.
+        """The own items of some worlds at the start of their next episode.
 
         Args:
             layout: where things lie in it.
             chosen: numbers of k worlds.
 
         Returns:
-            Items of each, (k, layout.items).
+            The `own_items` of each, (k, I).
         """
-        states = self._blank(layout).expand(len(chosen), -1).clone()
-        voxels = states[:, : layout.header].unflatten(1, (-1, lay.VOXEL_ITEMS))
+        states = self.blank(layout)[own_items(layout)].repeat(len(chosen), 1)
+        voxels = states[:, : -lay.HEADER_ITEMS].unflatten(1, (-1, _OWN_VOXEL_ITEMS))
+        header = states[:, -lay.HEADER_ITEMS :]
         seeds = self._episode_seeds(chosen)
         life_high, life = np.divmod(self._lifetimes[chosen], lay.STEPS_PER_HIGH)
         numbers = np.stack([life, seeds & 0xFFFF, seeds >> 16, *self._ground_ends(chosen)], 1)
-        own = slice(layout.header + lay.H_LIFE, layout.header + lay.H_GROUND_END + 1)
-        states[:, own] = torch.from_numpy(numbers).to(states)
-        states[:, layout.header + lay.H_LIFE_HIGH] = torch.from_numpy(life_high).to(states)
+        header[:, lay.H_LIFE : lay.H_GROUND_END + 1] = torch.from_numpy(numbers).to(states)
+        header[:, lay.H_LIFE_HIGH] = torch.from_numpy(life_high).to(states)
         if self._conditions is not None:
             pulls = np.stack(
                 [self._conditions.gravity[chosen], self._conditions.friction[chosen]], 1
             )
-            first = layout.header + lay.H_GRAVITY
-            states[:, first : first + 2] = torch.from_numpy(pulls).to(states)
+            header[:, lay.H_GRAVITY : lay.H_FRICTION + 1] = torch.from_numpy(pulls).to(states)
         if self._damages is not None:
             high = np.array([_span(self._damages[world])[0] for world in chosen])
-            first = layout.header + lay.H_BREAKS_HIGH
-            states[:, first : first + 2] = torch.from_numpy(high).to(states)
+            header[:, lay.H_BREAKS_HIGH : lay.H_MENDS_HIGH + 1] = torch.from_numpy(high).to(states)
         for body, rows in self._bodies.among(chosen):
             robots = voxels[rows]
             self._write_robots(body, chosen[rows], seeds[rows], robots[:, : body.n_voxels])
             if not self._bodies.alike:
-                robots[:, body.n_voxels :, : 4 * lay.BODY_ITEMS] = torch.nan  # there is no voxel
+                robots[:, body.n_voxels :, :_SQUARES] = torch.nan  # there is no voxel
                 voxels[rows] = robots
         return states
 
@@ -192,17 +203,17 @@ class Batch:
             body: the robot.
             chosen: numbers of k worlds.
             seeds: of noise and damage in their next episode, (k,).
-            voxels: their items, (k, V, VOXEL_ITEMS).
+            voxels: their own items, (k, V, _OWN_VOXEL_ITEMS).
         """
-        squares = voxels[:, :, : 4 * lay.BODY_ITEMS].unflatten(2, (4, lay.BODY_ITEMS))
+        squares = voxels[:, :, :_SQUARES].unflatten(2, (4, lay.BODY_ITEMS))
         squares[..., :_POSE_ITEMS] = self._first_poses(body, chosen).to(voxels)
         if self._conditions is not None:
             springs = torch.from_numpy(self._conditions.springs(chosen, body.morphology))
-            voxels[:, :, lay.FIRMNESS : lay.ACTUATED + 1] = springs.to(voxels)
+            voxels[:, :, lay.FIRMNESS - _SHARED : lay.ACTUATED + 1 - _SHARED] = springs.to(voxels)
         if self._damages is not None:
             own = [self._damages[world] for world in chosen]
             times = self._damage_times(own, chosen, seeds, body.n_voxels)
-            voxels[:, :, lay.BREAKS : lay.MENDS + 1] = times.to(voxels)
+            voxels[:, :, lay.BREAKS - _SHARED : lay.MENDS + 1 - _SHARED] = times.to(voxels)
 
     def _ground_ends(self, chosen: np.ndarray) -> np.ndarray:
         """Where the terrains of k worlds start and end [m], (2, k)."""
@@ -210,12 +221,9 @@ class Batch:
             return np.array([[-_FAR], [_FAR]]).repeat(len(chosen), 1)
         return np.array([self.terrains[world].xs[[0, -1]] for world in chosen]).reshape(-1, 2).T
 
-    def padding(self, layout: Layout) -> Tensor:
-        """The state of a place without a world, (layout.items,): one that is over."""
-        return self._blank(layout)
-
-    def _blank(self, layout: Layout) -> Tensor:
-        """The state of a world at rest that has no robot yet."""
+    def blank(self, layout: Layout) -> Tensor:
+        """The state of a place without a world, (layout.items,): one at rest that is over and has
+        no robot."""
         if self._first is None or self._first[0] != layout:
             self._first = layout, st.blank(layout, self._like)
         return self._first[1]

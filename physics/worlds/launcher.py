@@ -23,7 +23,7 @@ from physics.scene import clock, material
 from physics.scene.bodies import Bodies, Body
 from physics.scene.conditions import Conditions
 from physics.scene.damage import Damage
-from physics.worlds.batch import Batch
+from physics.worlds.batch import Batch, own_items
 from physics.worlds.observations import Observed
 
 __all__ = ["Launcher", "extent"]
@@ -135,11 +135,13 @@ class Launcher(Observed):
 
     def _begin(self, chosen: np.ndarray) -> None:
         """Puts some worlds at the start of an episode."""
-        states = self._batch.first_states(self._model.layout, chosen)
+        layout = self._model.layout
+        blank, own = self._batch.blank(layout), own_items(layout)
+        values = self._batch.first_states(layout, chosen)
         if len(chosen) == self.n_worlds:
-            st.fill(self._state, states, self._batch.padding(self._model.layout))
+            st.fill(self._state, blank, own, values)
         else:
-            st.replace(self._state, chosen, states)
+            st.replace(self._state, chosen, blank, own, values)
 
     def _look(self, chosen: np.ndarray | None = None) -> Tensor | None:
         """Contacts and readings of the present poses, which have just been changed.

@@ -10,7 +10,9 @@ items, w and eta times A, B, C, D, and with fixed weights two more, fixed and al
 has w alone. A window is a ring of the activations of all neurons in the last steps.
 """
 
+from dataclasses import asdict
 from functools import lru_cache
+from typing import Any
 
 from experiments.rollout.fused.features import Features
 from physics.backend import Kernel, Program, ti
@@ -35,6 +37,15 @@ from physics.engine import layout as lay
 ) = range(12)
 L2, MINMAX, MAX = 1, 2, 3
 W, A, B, C, D, FIXED, ALPHA = range(7)
+
+
+class _Flags:
+    """`Features` as a kernel takes them: quadrants would take a dataclass apart."""
+
+    _data_oriented = True
+
+    def __init__(self, features: Features) -> None:
+        self.__dict__.update(asdict(features))
 
 
 def synapse_items(plastic: bool, features: Features) -> int:
@@ -143,7 +154,7 @@ def _mean(net: ti.template(), window, neurons, k, step, average, T: ti.template(
 @lru_cache
 def kernel(features: Features, program: Program) -> Kernel:
     """The closed loop for networks with these features."""
-    F = features
+    F: Any = _Flags(features)
 
     @ti.func
     def think(S: ti.template(), net: ti.template(), m: ti.template(), T: ti.template()):

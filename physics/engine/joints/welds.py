@@ -11,7 +11,7 @@ t = u turned left, its matrix is constant. With lengths in units of GYRATION, rh
 import math
 
 from physics.backend import ti
-from physics.engine.lane_math import magnitude, rotate
+from physics.engine.lane_math import any_lane, sines_cosines, turned
 from physics.engine.memory import layout as lay
 from physics.engine.memory.model import I_WELD_ROW
 from physics.scene import material
@@ -25,9 +25,9 @@ _AA = (2 + _RHO**2) / _DET
 
 
 @ti.func
-def _axis(body2: ti.template(), above, T: ti.template()):
-    """Unit vector from body 2 to the anchor: its x axis, or its y axis if body 1 lies above."""
-    c, s = body2[lay.COS], body2[lay.SIN]
+def _axis(c, s, above, T: ti.template()):
+    """Unit vector from body 2, whose x axis is (c, s), to the anchor: that axis, or its y axis if
+    body 1 lies above."""
     ux = c
     uy = s
     if above != 0:
@@ -43,7 +43,7 @@ def prepare(S: ti.template(), m: ti.template(), T: ti.template()):
         row = m.weld_table + I_WELD_ROW * n
         body1, body2 = S.at[m.integers[row]], S.at[m.integers[row + 1]]
         weld = S.at[m.weld_block + lay.WELD_ITEMS * n]
-        ux, uy = _axis(body2, m.integers[row + 2], T)
+        ux, uy = _axis(body2[lay.COS], body2[lay.SIN], m.integers[row + 2], T)
         weld[lay.WE_UX] = ux
         weld[lay.WE_UY] = uy
         px, py, pw = weld[lay.WE_PX], weld[lay.WE_PY], weld[lay.WE_PW]
@@ -91,27 +91,19 @@ def solve_positions(S: ti.template(), m: ti.template(), live, T: ti.template()):
     """One iteration of the position stage on live lanes; returns the lanes still off."""
     mask = live > T.f(0.0)
     off = live < live
-    half_turn = T.vec(math.pi)
-    whole_turn = T.f(2 * math.pi)
     zero = T.vec(0.0)
     for n in range(m.welds):
         row = m.weld_table + I_WELD_ROW * n
         body1, body2 = S.at[m.integers[row]], S.at[m.integers[row + 1]]
-        ux, uy = _axis(body2, m.integers[row + 2], T)
-        dx = (body1[lay.X] - body2[lay.X]) - T.f(_ARM) * ux
-        dy = (body1[lay.Y] - body2[lay.Y]) - T.f(_ARM) * uy
-        angle = body1[lay.ANGLE] - body2[lay.ANGLE]
-        angle = ti.select(
-            angle > half_turn,
-            angle - whole_turn,
-            ti.select(angle < half_turn - whole_turn, angle + whole_turn, angle),
-        )
+        x1, y1, angle1, c1, s1 = _pose(body1)
+        x2, y2, angle2, c2, s2 = _pose(body2)
+        ux, uy = _axis(c2, s2, m.integers[row + 2], T)
+        dx = (x1 - x2) - T.f(_ARM) * ux
+        dy = (y1 - y2) - T.f(_ARM) * uy
+        angle = _less_than_half_a_turn(angle1 - angle2, T)
         off = off | (
-            mask
-            & (
-                (dx * dx + dy * dy > T.f(material.LINEAR_TOLERANCE**2))
-                | (magnitude(angle, T) > T.f(material.ANGULAR_TOLERANCE))
-            )
+            (dx * dx + dy * dy > T.f(material.LINEAR_TOLERANCE**2))
+            | _beyond(angle, material.ANGULAR_TOLERANCE, T)
         )
         error_u = dx * ux + dy * uy
         error_t = dy * ux - dx * uy
@@ -123,18 +115,41 @@ def solve_positions(S: ti.template(), m: ti.template(), live, T: ti.template()):
         py = ti.select(mask, pu * uy + pt * ux, zero)
         turn1 = ti.select(mask, pw * T.f(1 / lay.GYRATION), zero)
         turn2 = ti.select(mask, (pw + T.f(_RHO) * pt) * T.f(-1 / lay.GYRATION), zero)
-        _shift(body1, mask, px, py, turn1, T)
-        _shift(body2, mask, zero - px, zero - py, turn2, T)
-    return off
+        sine1, cosine1, sine2, cosine2 = sines_cosines(turn1, turn2, T)
+        new_c1, new_s1 = turned(c1, s1, sine1, cosine1, T)
+        new_c2, new_s2 = turned(c2, s2, sine2, cosine2, T)
+        body1[lay.X], body1[lay.Y] = x1 + px, y1 + py
+        body1[lay.ANGLE] = angle1 + turn1
+        body1[lay.COS] = ti.select(mask, new_c1, c1)
+        body1[lay.SIN] = ti.select(mask, new_s1, s1)
+        body2[lay.X], body2[lay.Y] = x2 - px, y2 - py
+        body2[lay.ANGLE] = angle2 + turn2
+        body2[lay.COS] = ti.select(mask, new_c2, c2)
+        body2[lay.SIN] = ti.select(mask, new_s2, s2)
+    return off & mask
 
 
 @ti.func
-def _shift(body: ti.template(), mask, dx, dy, turn, T: ti.template()):
-    """``integrator.move`` for a way that is zero outside the mask already."""
-    old_c, old_s = body[lay.COS], body[lay.SIN]
-    c, s = rotate(old_c, old_s, turn, T)
-    body[lay.X] = body[lay.X] + dx
-    body[lay.Y] = body[lay.Y] + dy
-    body[lay.ANGLE] = body[lay.ANGLE] + turn
-    body[lay.COS] = ti.select(mask, c, old_c)
-    body[lay.SIN] = ti.select(mask, s, old_s)
+def _pose(body: ti.template()):
+    """Centre [m], angle [rad], its cosine and sine."""
+    return body[lay.X], body[lay.Y], body[lay.ANGLE], body[lay.COS], body[lay.SIN]
+
+
+@ti.func
+def _beyond(angle, limit: ti.template(), T: ti.template()):
+    """Lanes where an angle lies outside [-limit, limit]."""
+    return (angle > T.f(limit)) | (angle < T.f(-limit))
+
+
+@ti.func
+def _less_than_half_a_turn(angle, T: ti.template()):
+    """The same angle in [-pi, pi], if it was in [-3 pi, 3 pi]."""
+    result = angle
+    if any_lane(_beyond(angle, math.pi, T), T):
+        whole_turn = T.f(2 * math.pi)
+        result = ti.select(
+            angle > T.f(math.pi),
+            angle - whole_turn,
+            ti.select(angle < T.f(-math.pi), angle + whole_turn, angle),
+        )
+    return result

@@ -135,33 +135,35 @@ def blank(layout: Layout, like: Tensor) -> Tensor:
     return items.flatten()
 
 
-def fill(state: State, worlds: Tensor, padding: Tensor) -> None:
+def fill(state: State, blank: Tensor, own: Tensor, values: Tensor) -> None:
     """Makes all worlds anew.
 
     Args:
         state: changed in place.
-        worlds: items of every world, (N, layout.items).
-        padding: items of the places beyond, (layout.items,).
+        blank: items of the places without a world, (layout.items,).
+        own: numbers of the items in which a world may differ from that, (I,) int64.
+        values: of these items in every world, (N, I).
     """
     groups, lanes = state.items.shape[0], state.lanes
-    if state.places is None:
-        rest = padding.expand(groups * lanes - state.n_worlds, -1)
-        rows = torch.cat([worlds, rest])
-    else:
-        rows = padding.repeat(groups * lanes, 1)
-        rows[state.places] = worlds
-    state.items.copy_(rows.unflatten(0, (groups, lanes)).movedim(1, -1))
+    rows = blank[own].repeat(groups * lanes, 1)
+    rows[slice(state.n_worlds) if state.places is None else state.places] = values
+    state.items.copy_(blank[:, None])
+    state.items[:, own] = rows.unflatten(0, (groups, lanes)).mT
     state.lists.zero_()
 
 
-def replace(state: State, chosen: np.ndarray, worlds: Tensor) -> None:
+def replace(state: State, chosen: np.ndarray, blank: Tensor, own: Tensor, values: Tensor) -> None:
     """Makes some worlds anew.
 
     Args:
         state: changed in place.
         chosen: numbers of k worlds.
-        worlds: items of each, (k, layout.items).
+        blank: as in `fill`.
+        own: likewise.
+        values: of their own items, (k, I).
     """
+    worlds = blank.repeat(len(chosen), 1)
+    worlds[:, own] = values
     groups, lanes = np.divmod(state.place_of(chosen), state.lanes)
     state.items[torch.from_numpy(groups), :, torch.from_numpy(lanes)] = worlds
 

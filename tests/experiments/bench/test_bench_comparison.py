@@ -95,3 +95,11 @@ def test_a_folder_that_is_no_checkout(
     assert hebbtorch(f"bench --against {tmp_path} --out {out}", monkeypatch) == 2
     assert "against: expected a checkout of hebbtorch with exp" in capsys.readouterr().err
     assert not out.exists()
+
+
+def test_a_checkout_is_not_completed_with_what_is_installed(tmp_path: Path) -> None:
+    incomplete = checkout(tmp_path / "a", 1.0)
+    file = incomplete / "experiments/bench/workload.py"
+    file.write_text("import experiments.runs.history\n" + file.read_text())
+    with pytest.raises(ValueError, match="No module named 'experiments.runs'"):
+        comparison.compare(incomplete, TINY, "open", "worm-2x1")

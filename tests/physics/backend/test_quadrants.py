@@ -4,6 +4,7 @@ import importlib.util
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -18,11 +19,22 @@ readings = sim.run(2 * torch.rand(120, 8, 3, generator=draws) - 1)
 print(sim.mass_poses().flatten().tolist(), readings.flatten().tolist())
 """
 
+RECORDED = """
+from tests.physics.engine.test_recorded_bits import closed_loop, load
 
-def gait(backend: str) -> subprocess.CompletedProcess[str]:
-    """A process that prints the end of a gait."""
+record = load()
+assert closed_loop(record, "worm-4x1", "default", "float32") == record["closed"]["worm-4x1 float32"]
+"""
+needs_quadrants = pytest.mark.skipif(
+    not importlib.util.find_spec("quadrants"), reason="needs quadrants"
+)
+
+
+def run(code: str, backend: str) -> subprocess.CompletedProcess[str]:
+    """Python code in a process with a backend."""
     return subprocess.run(
-        [sys.executable, "-c", GAIT],
+        [sys.executable, "-c", code],
+        cwd=Path(__file__).parents[3],
         env={**os.environ, "HEBBTORCH_BACKEND": backend},
         capture_output=True,
         text=True,
@@ -30,14 +42,21 @@ def gait(backend: str) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not importlib.util.find_spec("quadrants"), reason="needs quadrants")
+@needs_quadrants
 def test_quadrants_gives_the_bits_of_taichi() -> None:
-    theirs, ours = gait("quadrants"), gait("taichi")
+    theirs, ours = run(GAIT, "quadrants"), run(GAIT, "taichi")
     assert theirs.returncode == 0, theirs.stderr
     assert theirs.stdout == ours.stdout
 
 
+@pytest.mark.slow
+@needs_quadrants
+def test_networks_in_the_kernel_are_as_recorded() -> None:
+    ended = run(RECORDED, "quadrants")
+    assert ended.returncode == 0, ended.stderr
+
+
 def test_other_backends_are_refused() -> None:
-    ended = gait("numba")
+    ended = run("import physics", "numba")
     assert ended.returncode == 1
     assert "HEBBTORCH_BACKEND: expected taichi or quadrants, got 'numba'" in ended.stderr
