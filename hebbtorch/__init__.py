@@ -1,9 +1,9 @@
 """Hebbian plasticity for PyTorch: networks that change their weights as they run.
 
 Each synapse follows the ABCD rule dw = eta (A x y + B x + C y + D), x the activation before and
-y the one after it. Evolution, or a gradient, shapes the rules; a life shapes the weights. The
-weights are therefore state, given to every call and returned anew; the rules are parameters.
-Any number of individuals run as one batch, on the CPU each bit for bit as if it were alone.
+y the one after it. The rules are parameters, set by evolution or by a gradient; the weights are
+state, given to every call and returned anew. Any number of individuals run as one batch, on the
+CPU each bit for bit as if it were alone.
 
 >>> import torch, hebbtorch
 >>> target = torch.tensor([0.5, -0.5])

@@ -71,6 +71,19 @@ def check_sizes(sizes: Iterable[int]) -> tuple[int, ...]:
     return layers
 
 
+def recurrent_sizes(sizes: tuple[int, ...]) -> list[tuple[int, int]]:
+    """(in, out) of the two layers of synapses of an Elman network [in, hidden, out], whose hidden
+    neurons see themselves too.
+
+    Raises:
+        ValueError: another number of layers.
+    """
+    if len(sizes) != 3:
+        raise ValueError(f"sizes: expected [in, hidden, out] for a recurrent network, got {sizes}")
+    n_in, hidden, n_out = sizes
+    return [(n_in + hidden, hidden), (hidden, n_out)]
+
+
 def _integers(numbers: object, least: int) -> tuple[int, ...] | None:
     """The numbers as a tuple if they are a sequence of integers of at least that, else None."""
     if not isinstance(numbers, Iterable):

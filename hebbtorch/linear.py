@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import torch
 from torch import Tensor, nn
@@ -24,9 +24,10 @@ from hebbtorch.rule_bank import ETA, TERMS, Bank, RuleBank
 from hebbtorch.sampling import Generators, Init, check_init, draw_weights, redraw
 from hebbtorch.sharing import SHARINGS, rule_grid
 from hebbtorch.state import Memory, State, batch_of, check_state, memory_of
+from hebbtorch.stepping import Stepping
 
 
-class HebbianLinear(Described, Evolvable):
+class HebbianLinear(Stepping, Described, Evolvable):
     """Plastic synapses from `n_in` to `n_out` neurons: y = f(W x + b), then W changes.
 
     The plastic weights are state, not parameters: see `initial_state` and `forward`. Any
@@ -322,17 +323,6 @@ class HebbianLinear(Described, Evolvable):
         if self.fixed is None or self.alpha is None:
             return weights
         return self.fixed + self.alpha * weights
-
-    if TYPE_CHECKING:  # a call is typed as forward is
-
-        def __call__(  # noqa: D102
-            self,
-            x: Tensor,
-            state: State | None = None,
-            plastic: bool | Tensor = True,
-            *,
-            modulation: Tensor | None = None,
-        ) -> tuple[Tensor, State]: ...
 
     def forward(
         self,

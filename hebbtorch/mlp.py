@@ -4,26 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any, Unpack
 
 import torch
 from torch import Tensor, nn
 
 from hebbtorch.described import Described
 from hebbtorch.functional.activation import Activation
-from hebbtorch.functional.bounds import Bound
 from hebbtorch.functional.rules import LearningRule
 from hebbtorch.genome import Evolvable, check_population, check_sizes
+from hebbtorch.layer_options import LayerOptions
 from hebbtorch.linear import HebbianLinear
 from hebbtorch.neuron_rules import NeuronBank, NeuronGenes
 from hebbtorch.rule_bank import ETA, TERMS
 from hebbtorch.sampling import Generators, Init
 from hebbtorch.state import Memory, State, batch_of, check_state, memory_of
+from hebbtorch.stepping import Stepping
 
 AnyRule = str | LearningRule | Callable[..., Tensor]
 
 
-class HebbianMLP(Described, Evolvable):
+class HebbianMLP(Stepping, Described, Evolvable):
     """Layers of plastic synapses; tanh on every neuron but the inputs, unless told otherwise.
 
     In one step all layers compute their activations under the present weights and update from
@@ -46,27 +47,13 @@ class HebbianMLP(Described, Evolvable):
             the whole network.
         groups: One label per input, for sharing="grouped" only: one rule per distinct label for the
             synapses that leave the inputs, and one rule for each other layer.
-        eta: learning rate; or "evolved", one gene per rule, eta = 0.01 * 10**gene.
-        normalize: as in `HebbianLinear`, and so are the arguments that follow.
-        terms: which terms of the rules exist, such as "BCD" without A; the others have no genes
-            and are zero.
-        exchange_bc: True lets B weigh the post- and C the pre-synaptic activation, as the paper's
-            own code does; Eq. (3) has them the other way round.
         constant_last_input: True replaces the last input by 1, a bias for the first layer, as
             the paper's own code does.
-        average: M, the rule sees the means of the activations over the last M steps.
-        every: K, the weights change in steps K, 2 K, ... of a life.
-        decay: share of the weights that is lost in each update.
-        clip: bound on |w|, or None.
-        trace_decay: share of the eligibility traces that stays from update to update.
-        activation: The activation of every neuron but the inputs.
         output_activation: The activation of the last layer; None: as the others.
-        bias: whether every neuron but the inputs has a bias, a gene.
-        fixed: whether weights that are not plastic are added.
         init: initial plastic weights of all layers, or a list of one per layer.
-        population: P, dimensions of the population.
-        dtype: The data type of the coefficients and the weights; None for torch's default.
-        device: where they live; None for torch's default.
+        **options: For all layers, as `HebbianLinear` has them: eta, normalize, terms, exchange_bc,
+            average, every, decay, clip, trace_decay, activation, bias, fixed, population, dtype
+            and device.
 
     Attributes:
         layers: the `HebbianLinear`s, from the inputs on.
@@ -82,34 +69,18 @@ class HebbianMLP(Described, Evolvable):
         rule: AnyRule | Sequence[AnyRule] = "abcd",
         sharing: str = "full",
         groups: Sequence[Hashable] | None = None,
-        eta: float | str = ETA,
-        normalize: str | Bound | None = None,
-        terms: str = TERMS,
-        exchange_bc: bool = False,
         constant_last_input: bool = False,
-        average: int = 1,
-        every: int = 1,
-        decay: float = 0.0,
-        clip: float | None = None,
-        trace_decay: float = 0.0,
-        activation: str | Activation = "tanh",
         output_activation: str | Activation | None = None,
-        bias: bool = False,
-        fixed: bool = False,
         init: Init | Sequence[Init] = "zeros",
-        population: Sequence[int] = (),
-        dtype: torch.dtype | None = None,
-        device: torch.device | str | None = None,
+        **options: Unpack[LayerOptions],
     ) -> None:
         super().__init__()
         self.sizes = check_sizes(sizes)
-        self.population = check_population(population)
+        self.population = check_population(options.get("population", ()))
         self.constant_last_input = constant_last_input
         ends = self._layer_sizes()
         rules = _per_layer("rule", rule, len(ends))
         inits = _per_layer("init", init, len(ends))
-        made: dict[str, Any] = {"population": self.population, "dtype": dtype, "device": device}
-        plan: dict[str, Any] = {"eta": eta, "terms": terms}
 
         def layer(index: int) -> HebbianLinear:
             grouped = sharing == "grouped"
@@ -119,20 +90,9 @@ class HebbianMLP(Described, Evolvable):
                 rule=rules[index],
                 sharing="single" if grouped and index > 0 else sharing,
                 groups=groups if index == 0 else None,
-                normalize=normalize,
-                exchange_bc=exchange_bc,
-                average=average,
-                every=every,
-                decay=decay,
-                clip=clip,
-                trace_decay=trace_decay,
-                activation=activation,
                 output_activation=output_activation if index == len(ends) - 1 else None,
-                bias=bias,
-                fixed=fixed,
                 init=inits[index],
-                **plan,
-                **made,
+                **options,
             )
 
         self.layers: Sequence[HebbianLinear] = nn.ModuleList(  # type: ignore[assignment]
@@ -144,25 +104,34 @@ class HebbianMLP(Described, Evolvable):
                     raise ValueError("rule: expected one for all layers with sharing='single'")
                 other.rules = self.layers[0].rules
         if sharing == "neuron":
-            self._share_neurons({**plan, **made}, plan)
+            self._share_neurons(options)
 
     def _layer_sizes(self) -> list[tuple[int, int]]:
         """(in, out) of each layer of synapses."""
         return list(pairwise(self.sizes))
 
-    def _share_neurons(self, options: dict[str, Any], plan: dict[str, Any]) -> None:
+    def _share_neurons(self, options: LayerOptions) -> None:
         """Let the layers on both sides of a hidden layer read the same neurons' genes."""
         ends = [(layer.n_in, layer.n_out) for layer in self.layers]
         if any(left != right for (_, left), (right, _) in pairwise(ends)):
             raise ValueError("sharing: expected another one than 'neuron' for these layers")
         sizes = [ends[0][0], *(n_out for _, n_out in ends)]
         last = len(sizes) - 1
+        ends_options: dict[str, Any] = {
+            "eta": options.get("eta", ETA),
+            "terms": options.get("terms", TERMS),
+        }
+        made: dict[str, Any] = {
+            "population": self.population,
+            "dtype": options.get("dtype"),
+            "device": options.get("device"),
+        }
         neurons = [
-            NeuronGenes(n, outgoing=k < last, incoming=k > 0, **options)
+            NeuronGenes(n, outgoing=k < last, incoming=k > 0, **ends_options, **made)
             for k, n in enumerate(sizes)
         ]
         for layer, pre, post in zip(self.layers, neurons[:-1], neurons[1:], strict=True):
-            layer.rules = NeuronBank(pre, post, **plan)
+            layer.rules = NeuronBank(pre, post, **ends_options)
 
     def dynamics(self) -> dict[str, Any]:
         """See `Described`; those of the layers are with the layers."""
@@ -199,17 +168,6 @@ class HebbianMLP(Described, Evolvable):
             layer.initial_state(init, batch=batch, generator=generator) for layer in self.layers
         ]
         return _joined(states)
-
-    if TYPE_CHECKING:  # a call is typed as forward is
-
-        def __call__(  # noqa: D102
-            self,
-            x: Tensor,
-            state: State | None = None,
-            plastic: bool | Tensor = True,
-            *,
-            modulation: Tensor | None = None,
-        ) -> tuple[Tensor, State]: ...
 
     def forward(
         self,

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import torch
 from torch import Tensor
 
+from hebbtorch.genome import recurrent_sizes
 from hebbtorch.mlp import HebbianMLP
 from hebbtorch.sampling import Generators, Init
 from hebbtorch.state import State, batch_of, check_state
@@ -33,12 +34,7 @@ class HebbianRNN(HebbianMLP):
     """
 
     def _layer_sizes(self) -> list[tuple[int, int]]:
-        if len(self.sizes) != 3:
-            raise ValueError(
-                f"sizes: expected [in, hidden, out] for a recurrent network, got {self.sizes}"
-            )
-        n_in, hidden, n_out = self.sizes
-        return [(n_in + hidden, hidden), (hidden, n_out)]
+        return recurrent_sizes(self.sizes)
 
     def initial_state(
         self,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import torch
 from torch import Tensor, nn
@@ -17,12 +17,13 @@ from hebbtorch.functional.activation import (
     fitting_input,
     weighted_sum,
 )
-from hebbtorch.genome import Evolvable, check_batch, check_population, check_sizes
+from hebbtorch.genome import Evolvable, check_batch, check_population, check_sizes, recurrent_sizes
 from hebbtorch.sampling import Generators, check_init, redraw
 from hebbtorch.state import State, batch_of, check_state, memory_of
+from hebbtorch.stepping import Stepping
 
 
-class StaticMLP(Described, Evolvable):
+class StaticMLP(Stepping, Described, Evolvable):
     """Layers of fixed synapses; y = f(W x + b) in each, with the weights of the genome.
 
     It is called as `HebbianMLP` is; its state holds the weights of the genome and never changes.
@@ -130,17 +131,6 @@ class StaticMLP(Described, Evolvable):
         weights = (w.clone() if self.gain == 1.0 else self.gain * w for w in self.weights)
         return State(tuple(w.expand(*lead, *w.shape) for w in weights))
 
-    if TYPE_CHECKING:  # a call is typed as forward is
-
-        def __call__(  # noqa: D102
-            self,
-            x: Tensor,
-            state: State | None = None,
-            plastic: bool | Tensor = True,
-            *,
-            modulation: Tensor | None = None,
-        ) -> tuple[Tensor, State]: ...
-
     def forward(
         self,
         x: Tensor,
@@ -227,12 +217,7 @@ class StaticRNN(StaticMLP):
         return hidden
 
     def _layer_sizes(self) -> list[tuple[int, int]]:
-        if len(self.sizes) != 3:
-            raise ValueError(
-                f"sizes: expected [in, hidden, out] for a recurrent network, got {self.sizes}"
-            )
-        n_in, hidden, n_out = self.sizes
-        return [(n_in + hidden, hidden), (hidden, n_out)]
+        return recurrent_sizes(self.sizes)
 
     def initial_state(
         self, init: str | None = None, *, batch: Sequence[int] = (), generator: Generators = None

@@ -11,10 +11,8 @@ from experiments.config.options import options_of
 
 __all__ = ["check"]
 
-_LEAST_DURATION = 0.1  # [s]
 _KINDS = {bool: "true or false", str: "text"}
 _BYTES = 40  # of a synapse or a voxel, at least
-_LEAST_POPULATION = 4  # of which a quarter are parents
 
 
 def check(config: Any) -> None:
@@ -57,46 +55,16 @@ def _check_choices(config: Any) -> None:
 
 
 def _check_numbers(config: Any) -> None:
-    for name, least in (
-        ("generations", 1),
-        ("population", _LEAST_POPULATION),
-        ("control_interval", 1),
-        ("control_delay", 0),
-        ("average", 1),
-        ("every", 1),
-        ("runs", 1),
-        ("seed", 0),
-        ("threads", 1),
-    ):
+    hints = get_type_hints(type(config))
+    for name, what in options_of(type(config)).items():
         value = getattr(config, name)
-        if name == "threads" and value is None:
+        if what.least is None or (value is None and getattr(type(config), name) is None):
             continue
-        if not _is_integer(value) or value < least:
-            raise ValueError(f"{name}: expected an integer >= {least}, got {value!r}")
-    for name, minimum in (
-        ("sigma", 0.0),
-        ("noise", 0.0),
-        ("noise_area", 0.0),
-        ("noise_touch", 0.0),
-        ("noise_velocity", 0.0),
-        ("noise_lidar", 0.0),
-        ("duration", _LEAST_DURATION),
-        ("decay", 0.0),
-        ("clip", 0.0),
-        ("actuation_cutoff", 0.0),
-        ("gravity", -math.inf),
-        ("friction", 0.0),
-        ("spring_frequency", 0.1),
-        ("spring_damping", 0.0),
-        ("damage_probability", 0.0),
-        ("damage_time", 0.0),
-        ("damage_until", 0.0),
-    ):
-        value = getattr(config, name)
-        if value is None and getattr(type(config), name) is None:
-            continue
-        if not _is_finite(value) or value < minimum:
-            raise ValueError(f"{name}: expected a finite number >= {minimum}, got {value!r}")
+        is_kind, words = _is_finite, "a finite number"
+        if int in (hints[name], *get_args(hints[name])):
+            is_kind, words = _is_integer, "an integer"
+        if not is_kind(value) or value < what.least:
+            raise ValueError(f"{name}: expected {words} >= {what.least}, got {value!r}")
     if config.damage_probability > 1:
         raise ValueError(
             f"damage_probability: expected a number in [0, 1], got {config.damage_probability!r}"

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -24,6 +25,16 @@ _SPELLINGS: dict[str, dict[str, str | None]] = {
     "init": {"zero": "zeros"},
 }
 """How the command line, TOML files and earlier versions write some values."""
+
+
+def _plastic(default: Any, **others: Any) -> Any:
+    """An option of plastic networks alone."""
+    return option(default, "variant", group="plasticity", controllers=_PLASTIC, **others)
+
+
+def _world(default: Any, **others: Any) -> Any:
+    """An option of the physics."""
+    return option(default, "variant", group="world", **others)
 
 
 @dataclass(frozen=True)
@@ -59,113 +70,56 @@ class EvolveConfig:
     a neuron), postsynaptic (those that leave it), grouped (those of one kind of sensor) or neuron
     (genes belong to neurons, and a synapse combines those of its two)."""
 
-    rule: str = option("abcd", "variant", group="plasticity", controllers=_PLASTIC)
+    rule: str = _plastic("abcd")
     """Learning rule: abcd (the paper's), hebb, oja, bcm or differential."""
 
-    normalize: str | None = option(
+    normalize: str | None = _plastic(
         None,
-        "variant",
-        group="plasticity",
         suffix=lambda value: "normalized" if value == "l2" else f"normalized-{value}",
         label={"l2": "normalized", "minmax": "min-max", "max": "over the greatest"},
-        controllers=_PLASTIC,
     )
     """none: weights as the rules leave them; l2: every neuron's incoming weights scaled to norm 1
     (the paper's text); minmax: mapped onto [-1, 1] (the paper's code); max: every layer's over the
     greatest of them."""
 
-    average: int = option(
-        1,
-        "variant",
-        group="plasticity",
-        suffix=lambda value: f"average-{value}",
-        label=lambda value: f"means over {value} steps",
-        controllers=_PLASTIC,
-    )
+    average: int = _plastic(1, suffix="average-{}", label="means over {} steps", least=1)
     """The rule sees the means of the activations over so many control steps."""
 
-    every: int = option(
-        1,
-        "variant",
-        group="plasticity",
-        suffix=lambda value: f"every-{value}",
-        label=lambda value: f"updates every {value} steps",
-        controllers=_PLASTIC,
-    )
+    every: int = _plastic(1, suffix="every-{}", label="updates every {} steps", least=1)
     """The weights change once in so many control steps."""
 
-    decay: float = option(
-        0.0,
-        "variant",
-        group="plasticity",
-        suffix=lambda value: f"decay-{float(value):g}",
-        label=lambda value: f"decay {value:g}",
-        controllers=_PLASTIC,
-    )
+    decay: float = _plastic(0.0, suffix="decay-{:g}", label="decay {:g}", least=0.0)
     """Share of the weights that is lost in each update."""
 
-    clip: float = option(
-        0.0,
-        "variant",
-        group="plasticity",
-        suffix=lambda value: f"clip-{float(value):g}",
-        label=lambda value: f"clipped at {value:g}",
-        controllers=_PLASTIC,
-    )
+    clip: float = _plastic(0.0, suffix="clip-{:g}", label="clipped at {:g}", least=0.0)
     """Bound on the magnitude of the weights; 0: none."""
 
-    eta: float | Literal["evolved"] = option(
+    eta: float | Literal["evolved"] = _plastic(
         0.01,
-        "variant",
-        group="plasticity",
-        suffix=lambda value: f"eta-{value}",
+        suffix="eta-{}",
         label=lambda value: "η evolved" if value == "evolved" else f"η = {value}",
-        controllers=_PLASTIC,
     )
     """Learning rate, or "evolved" for one gene per rule."""
 
-    init: str = option(
-        "zeros",
-        "variant",
-        group="plasticity",
-        suffix=lambda value: f"init-{value}",
-        label={"uniform": "U(-1, 1)"},
-        controllers=_PLASTIC,
-    )
+    init: str = _plastic("zeros", suffix="init-{}", label={"uniform": "U(-1, 1)"})
     """Initial weights: zeros; uniform U(-1, 1), normal N(0, 1) or kaiming N(0, 2 / inputs), drawn
     anew for every episode; or evolved, genes of their own."""
 
-    fixed: bool = option(
-        False,
-        "variant",
-        group="plasticity",
-        suffix=lambda _: "fixed",
-        label=lambda _: "fixed and plastic",
-        controllers=_PLASTIC,
-    )
+    fixed: bool = _plastic(False, suffix="fixed", label="fixed and plastic")
     """Weights that are not plastic are added: fixed + alpha * plastic, fixed and alpha evolve."""
 
-    damage: Literal["none", "half"] = option(
-        "none", "axis", group="robot", suffix=lambda value: f"damage-{value}"
-    )
+    damage: Literal["none", "half"] = option("none", "axis", group="robot", suffix="damage-{}")
     """"half": each voxel breaks with probability 0.5 at half of the episode."""
 
-    exchange_bc: bool = option(
-        False,
-        "variant",
-        group="plasticity",
-        suffix=lambda _: "bc-exchanged",
-        label=lambda _: "B and C exchanged",
-        controllers=_PLASTIC,
-    )
+    exchange_bc: bool = _plastic(False, suffix="bc-exchanged", label="B and C exchanged")
     """B weighs the post- and C the pre-synaptic activation, as in the paper's code."""
 
     constant_last_input: bool = option(
         False,
         "variant",
         group="controller",
-        suffix=lambda _: "constant-input",
-        label=lambda _: "last input constant",
+        suffix="constant-input",
+        label="last input constant",
         controllers=_PLASTIC,
     )
     """The last reading is replaced by 1, a bias of the hidden neurons, as in the paper's code."""
@@ -174,44 +128,33 @@ class EvolveConfig:
         1.0,
         "variant",
         group="controller",
-        suffix=lambda value: f"gain-{float(value):g}",
-        label=lambda value: f"gain {value:g}",
+        suffix="gain-{:g}",
+        label="gain {:g}",
         controllers=_STATIC,
     )
     """Of a static network: the factor on every gene where it becomes a weight."""
 
-    bias: bool = option(
-        False, "variant", group="controller", suffix=lambda _: "bias", label=lambda _: "biases"
-    )
+    bias: bool = option(False, "variant", group="controller", suffix="bias", label="biases")
     """Every neuron but the inputs has a bias, a gene of its own, which is not plastic."""
 
     input_activation: Literal["identity", "tanh"] = option(
         "identity",
         "variant",
         group="controller",
-        suffix=lambda value: f"inputs-{value}",
-        label=lambda value: f"{value} on inputs",
+        suffix="inputs-{}",
+        label="{} on inputs",
         controllers=_STATIC,
     )
     """Of a static network, applied to the readings; the paper's code has tanh."""
 
-    terms: str = option(
+    terms: str = _plastic(
         "ABCD",
-        "variant",
-        group="plasticity",
         suffix=lambda value: f"without-{_left_out(value)}",
         label=lambda value: f"without {_left_out(value)}",
-        controllers=_PLASTIC,
     )
     """Terms of the rules, such as "BCD" without A; those left out are zero and do not evolve."""
 
-    terrain: str = option(
-        "hilly-3-30",
-        "variant",
-        group="world",
-        suffix=lambda value: f"terrain-{value}",
-        label=lambda value: f"terrain {value}",
-    )
+    terrain: str = _world("hilly-3-30", suffix="terrain-{}", label="terrain {}")
     """Ground. Without a seed, every evaluation gets a terrain of its own; with one
     ("hilly-3-30-7"), all share it. Also flat, steppy-H-W, uphill-A, downhill-A."""
 
@@ -226,7 +169,8 @@ class EvolveConfig:
         "variant",
         group="evolution",
         suffix=lambda value: f"sigma-{float(value)}",
-        label=lambda value: f"sigma {value}",
+        label="sigma {}",
+        least=0.0,
     )
     """Standard deviation of the mutation."""
 
@@ -235,7 +179,8 @@ class EvolveConfig:
         "variant",
         group="robot",
         suffix=lambda value: f"noise-{float(value)}",
-        label=lambda value: f"noise {value}",
+        label="noise {}",
+        least=0.0,
     )
     """Standard deviation of the sensor noise, in units of each sensor's range."""
 
@@ -244,7 +189,8 @@ class EvolveConfig:
         "variant",
         group="robot",
         suffix=lambda value: f"noise-area-{float(value)}",
-        label=lambda value: f"noise {value} of area",
+        label="noise {} of area",
+        least=0.0,
     )
     """The same of area sensors alone; --noise if not given."""
 
@@ -253,7 +199,8 @@ class EvolveConfig:
         "variant",
         group="robot",
         suffix=lambda value: f"noise-touch-{float(value)}",
-        label=lambda value: f"noise {value} of touch",
+        label="noise {} of touch",
+        least=0.0,
     )
     """The same of touch sensors alone; --noise if not given."""
 
@@ -262,7 +209,8 @@ class EvolveConfig:
         "variant",
         group="robot",
         suffix=lambda value: f"noise-velocity-{float(value)}",
-        label=lambda value: f"noise {value} of velocity",
+        label="noise {} of velocity",
+        least=0.0,
     )
     """The same of velocity sensors alone; --noise if not given."""
 
@@ -271,7 +219,8 @@ class EvolveConfig:
         "variant",
         group="robot",
         suffix=lambda value: f"noise-lidar-{float(value)}",
-        label=lambda value: f"noise {value} of lidar",
+        label="noise {} of lidar",
+        least=0.0,
     )
     """The same of lidar sensors alone; --noise if not given."""
 
@@ -279,8 +228,9 @@ class EvolveConfig:
         1,
         "variant",
         group="controller",
-        suffix=lambda value: f"interval-{value}",
-        label=lambda value: f"every {value} steps",
+        suffix="interval-{}",
+        label="every {} steps",
+        least=1,
     )
     """Steps of 1/60 s in a control step: the controller acts and learns once per control step."""
 
@@ -288,8 +238,9 @@ class EvolveConfig:
         0,
         "variant",
         group="controller",
-        suffix=lambda value: f"delay-{value}",
-        label=lambda value: f"delay of {value} steps",
+        suffix="delay-{}",
+        label="delay of {} steps",
+        least=0,
     )
     """Control steps that a command waits before it acts."""
 
@@ -297,45 +248,22 @@ class EvolveConfig:
         None,
         "variant",
         group="controller",
-        suffix=lambda value: f"cutoff-{value}",
-        label=lambda value: f"cut-off {value} Hz",
+        suffix="cutoff-{}",
+        label="cut-off {} Hz",
+        least=0.0,
     )
     """Cut-off frequency [Hz] of a low-pass between controller and actuation; none if not given."""
 
-    gravity: float = option(
-        9.8,
-        "variant",
-        group="world",
-        suffix=lambda value: f"gravity-{value}",
-        label=lambda value: f"gravity {value}",
-    )
+    gravity: float = _world(9.8, suffix="gravity-{}", label="gravity {}", least=-math.inf)
     """Downward acceleration [m/s^2]."""
 
-    friction: float | None = option(
-        None,
-        "variant",
-        group="world",
-        suffix=lambda value: f"friction-{value}",
-        label=lambda value: f"friction {value}",
-    )
+    friction: float | None = _world(None, suffix="friction-{}", label="friction {}", least=0.0)
     """Coefficient of friction with the ground; the engine's (1.414) if not given."""
 
-    spring_frequency: float = option(
-        8.0,
-        "variant",
-        group="world",
-        suffix=lambda value: f"springs-{value}",
-        label=lambda value: f"springs of {value} Hz",
-    )
+    spring_frequency: float = _world(8.0, suffix="springs-{}", label="springs of {} Hz", least=0.1)
     """Frequency of the voxels' springs [Hz]."""
 
-    spring_damping: float = option(
-        0.3,
-        "variant",
-        group="world",
-        suffix=lambda value: f"damping-{value}",
-        label=lambda value: f"damping {value}",
-    )
+    spring_damping: float = _world(0.3, suffix="damping-{}", label="damping {}", least=0.0)
     """Damping ratio of the voxels' springs."""
 
     damage_mode: Literal["rest", "frozen", "random", "blind"] = option(
@@ -352,8 +280,9 @@ class EvolveConfig:
         0.5,
         "variant",
         group="robot",
-        suffix=lambda value: f"broken-{value}",
-        label=lambda value: f"{value} of the voxels",
+        suffix="broken-{}",
+        label="{} of the voxels",
+        least=0.0,
     )
     """Probability of each voxel to break."""
 
@@ -362,7 +291,8 @@ class EvolveConfig:
         "variant",
         group="robot",
         suffix=lambda value: f"broken-at-{float(value)}",
-        label=lambda value: f"damage at {value} s",
+        label="damage at {} s",
+        least=0.0,
     )
     """When voxels break [s]; at half of the episode if not given."""
 
@@ -371,7 +301,8 @@ class EvolveConfig:
         "variant",
         group="robot",
         suffix=lambda value: f"mended-at-{float(value)}",
-        label=lambda value: f"mended at {value} s",
+        label="mended at {} s",
+        least=0.0,
     )
     """When broken voxels work again [s]; never if not given."""
 
@@ -380,30 +311,30 @@ class EvolveConfig:
         "variant",
         group="robot",
         suffix=lambda value: f"broken-voxels-{value.replace(',', '-')}",
-        label=lambda value: f"voxels {value} break",
+        label="voxels {} break",
     )
     """Numbers of the voxels that break, such as "0,3", counted from the bottom row; by chance
     if not given."""
 
-    generations: int = option(500, "scale", group="evolution")
+    generations: int = option(500, "scale", group="evolution", least=1)
     """Populations to evaluate."""
 
-    population: int = option(40, "scale", group="evolution")
+    population: int = option(40, "scale", group="evolution", least=4)
     """Individuals per generation."""
 
-    duration: float = option(60.0, "scale", group="world")
+    duration: float = option(60.0, "scale", group="world", least=0.1)
     """Length of an episode [s]."""
 
-    runs: int = option(1, "sample", group="evolution")
+    runs: int = option(1, "sample", group="evolution", least=1)
     """Independent runs to evolve side by side; run r is the run that --seed SEED+r alone gives."""
 
-    seed: int = option(0, "sample", group="evolution")
+    seed: int = option(0, "sample", group="evolution", least=0)
     """Everything random follows from it."""
 
     device: str = option("cpu", "machine", group="computation")
     """Where to compute: cpu, or cuda where PyTorch finds a GPU."""
 
-    threads: int | None = option(None, "machine", group="computation")
+    threads: int | None = option(None, "machine", group="computation", least=1)
     """Threads of the simulator; all cores if not given. No influence on the result."""
 
     loop: Literal["auto", "fused", "torch"] = option("auto", "machine", group="computation")

@@ -26,6 +26,10 @@ Role = Literal["axis", "variant", "scale", "sample", "machine"]
 Group = Literal["robot", "controller", "plasticity", "world", "evolution", "computation"]
 """The headings under which the command line lists options."""
 
+Words = str | Mapping[Any, str] | Callable[[Any], str]
+"""What to call a value: words with {} in its place; the names of some values, others being called
+as they are written; or a function."""
+
 _KEY = "option"
 
 
@@ -39,6 +43,7 @@ class Option:
         suffix: What a value other than the default adds to the name of a condition's folder.
         label: What it is called in legends and tables.
         controllers: The controllers that have this option; empty: all.
+        least: The least number that it can be; None: it is no number, or any.
     """
 
     role: Role
@@ -46,6 +51,7 @@ class Option:
     suffix: Callable[[Any], str] = str
     label: Callable[[Any], str] = str
     controllers: tuple[str, ...] = ()
+    least: float | None = None
 
 
 def option(
@@ -53,9 +59,10 @@ def option(
     role: Role,
     *,
     group: Group,
-    suffix: Callable[[Any], str] = str,
-    label: Callable[[Any], str] | Mapping[Any, str] = str,
+    suffix: Words = str,
+    label: Words = str,
     controllers: tuple[str, ...] = (),
+    least: float | None = None,
 ) -> Any:
     """A field of `EvolveConfig`.
 
@@ -63,14 +70,21 @@ def option(
         default: The paper's value.
         role: See `Role`.
         group: See `Group`.
-        suffix: As in `Option`.
-        label: As in `Option`, or the names of some values; others are called as they are written.
+        suffix: As in `Option`, see `Words`.
+        label: As in `Option`, see `Words`.
         controllers: As in `Option`.
+        least: As in `Option`.
     """
-    names = label
-    call = names if callable(names) else lambda value: names.get(value, str(value))
-    what = Option(role, group, suffix, call, controllers)
+    what = Option(role, group, _in_words(suffix), _in_words(label), controllers, least)
     return dataclasses.field(default=default, metadata={_KEY: what})
+
+
+def _in_words(words: Words) -> Callable[[Any], str]:
+    if isinstance(words, str):
+        return words.format
+    if isinstance(words, Mapping):
+        return lambda value: words.get(value, str(value))
+    return words
 
 
 def options_of(config: type, *roles: Role) -> dict[str, Option]:

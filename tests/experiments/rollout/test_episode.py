@@ -158,7 +158,7 @@ def test_a_narrow_program_for_the_last_worlds_changes_no_bit() -> None:
     ],
     ids=["other worlds", "another type", "another order"],
 )
-def test_a_brain_for_other_worlds_is_refused(change: Any, message: str) -> None:
+def test_a_network_for_other_worlds_is_refused(change: Any, message: str) -> None:
     """A kernel takes what it is given for what it was compiled for."""
     sim = Simulator("worm-2x1", None, 16, sensors="high", lanes=8)
     networks = hebbtorch.HebbianMLP([sim.n_readings, 2], population=(16,))
