@@ -45,13 +45,13 @@ def step_measures(y: Tensor, old: Tensor, new: Tensor, start: Tensor) -> dict[st
         start: weights when the episode began.
 
     Returns:
-        `weight_measures`, update_mean_abs, drift_from_start, sign_changes and saturated, as
+        `weight_measures`, update_mean_abs, drift_from_birth, sign_changes and saturated, as
         `Monitor` explains them, (*lead,) each.
     """
     return {
         **weight_measures(new),
         "update_mean_abs": mean_abs(new - old),
-        "drift_from_start": mean_abs(new - start),
+        "drift_from_birth": mean_abs(new - start),
         "sign_changes": (new * old).lt_(0).mean((-2, -1)),
         "saturated": y.abs().gt_(SATURATED).mean(-1),
     }

@@ -15,7 +15,7 @@ from hebbtorch.functional.rules import RULES
 from hebbtorch.linear import HebbianLinear
 from hebbtorch.measures import step_measures, term_shares
 
-_LAST = "drift_from_start"  # of this measure the last sample counts, of the others the mean
+_LAST = "drift_from_birth"  # of this measure the last sample counts, of the others the mean
 
 
 class Writer(Protocol):
@@ -52,7 +52,7 @@ class Monitor:
     |---|---|
     | weight_mean_abs, weight_max_abs | mean and greatest magnitude of the weights |
     | update_mean_abs | mean magnitude of one step's change |
-    | drift_from_start | mean distance of a weight from where it began, in the last sample |
+    | drift_from_birth | mean distance of a weight from where it began, in the last sample |
     | sign_changes | share of the weights that change their sign in one step |
     | saturated | share of the neurons beyond +-0.9 |
     | share_A ... share_D | parts of the terms of the ABCD rule in the size of a change |

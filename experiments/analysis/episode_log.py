@@ -66,7 +66,7 @@ def _log_second(
             now, before, born = weights[index], weights[max(index - 1, 0)], weights[0]
             values[f"life/weight_mean_abs/layer{k}"] = float(np.abs(now).mean())
             values[f"life/change_per_second/layer{k}"] = float(np.abs(now - before).mean())
-            values[f"life/drift_from_start/layer{k}"] = float(np.abs(now - born).mean())
+            values[f"life/drift_from_birth/layer{k}"] = float(np.abs(now - born).mean())
             file.histogram(f"life/weights/layer{k}", now, second)
         for k, shares in enumerate(_shares(course, genome, here)):
             values |= {f"life/share_{term}/layer{k}": share for term, share in shares.items()}

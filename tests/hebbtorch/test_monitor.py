@@ -55,7 +55,7 @@ def test_every_measure_is_what_it_says():
         "weight_mean_abs": new.abs().mean(),
         "weight_max_abs": new.abs().amax((-2, -1)).mean(),
         "update_mean_abs": (new - old).abs().mean(),
-        "drift_from_start": (new[-1] - initial.weights[1]).abs().mean(),
+        "drift_from_birth": (new[-1] - initial.weights[1]).abs().mean(),
         "sign_changes": (new * old < 0).double().mean(),
         "saturated": (y.abs() > 0.9).double().mean(),
     }

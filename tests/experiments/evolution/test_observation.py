@@ -62,7 +62,7 @@ def test_all_that_was_asked_for_is_there(logged: dict[str, Path]) -> None:
         f"plasticity/{name}/layer{k}"
         for k in (0, 1)
         for name in (
-            "weight_mean_abs", "weight_max_abs", "update_mean_abs", "drift_from_start",
+            "weight_mean_abs", "weight_max_abs", "update_mean_abs", "drift_from_birth",
             "saturated", "sign_changes", "share_A", "share_B", "share_C", "share_D",
         )
     ]  # fmt: skip
@@ -98,7 +98,7 @@ def test_steps_are_generations_in_a_run_and_seconds_in_an_episode(
     assert [event.step for event in run.Images("champion/film")] == [1, 2]
     assert [event.step for event in life.Scalars("life/speed")] == [1, 2, 3]
     assert [event.step for event in life.Histograms("life/weights/layer0")] == [1, 2, 3]
-    drift = [event.value for event in life.Scalars("life/drift_from_start/layer0")]
+    drift = [event.value for event in life.Scalars("life/drift_from_birth/layer0")]
     assert drift[0] > 0  # initial weights are zero
 
 
