@@ -279,7 +279,7 @@ class HebbianLinear(Stepping, Described, Evolvable):
         batch: Sequence[int] = (),
         generator: Generators = None,
     ) -> State:
-        """The state in which a life begins.
+        """The state in which an episode begins.
 
         Args:
             init: Initial plastic weights, as the argument `init` of the layer; None: the layer's
@@ -336,7 +336,7 @@ class HebbianLinear(Stepping, Described, Evolvable):
 
         Args:
             x: (*batch, *P, in), in the layer's dtype or a lower precision.
-            state: the present state, left untouched; None: a life begins.
+            state: the present state, left untouched; None: an episode begins.
             plastic: False leaves the weights as they are, while averages and traces go on; or
                 a bool tensor (*batch, *P), who learns.
             modulation: third factor of the update, (*batch, *P); None: 1.

@@ -152,7 +152,7 @@ class HebbianMLP(Stepping, Described, Evolvable):
         batch: Sequence[int] = (),
         generator: Generators = None,
     ) -> State:
-        """The state in which a life begins; the layers draw one after the other.
+        """The state in which an episode begins; the layers draw one after the other.
 
         Args:
             init: initial weights as in `HebbianLinear`; None: those of the network.
@@ -181,7 +181,7 @@ class HebbianMLP(Stepping, Described, Evolvable):
 
         Args:
             x: inputs, (*batch, *P, in), in the network's dtype or a lower precision.
-            state: the present state, left untouched; None: a life begins.
+            state: the present state, left untouched; None: an episode begins.
             plastic: False leaves the weights as they are, while averages and traces go on; or
                 a bool tensor (*batch, *P), who learns.
             modulation: third factor of the update, (*batch, *P); None: 1.

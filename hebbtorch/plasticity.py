@@ -92,7 +92,7 @@ class Plasticity:
         return {name: getattr(self, name) for name in names}
 
     def initial_memory(self, weights: Tensor, rule: LearningRule) -> Memory:
-        """What a layer remembers when a life begins; nothing by default.
+        """What a layer remembers when an episode begins; nothing by default.
 
         Args:
             weights: (*batch, *P, out, in).

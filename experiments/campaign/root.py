@@ -25,16 +25,17 @@ from experiments.io.formats import require_format
 from experiments.io.locks import LOCK, lock_folder
 from experiments.runs.champions import Champions
 from experiments.runs.folder import read_checkpoint, read_config
+from experiments.runs.names import CAMPAIGN, CONDITIONS
 
 __all__ = ["CampaignRoot", "ConditionStatus", "Members"]
 
 Members = Mapping[Study, Sequence[Condition]]
 """Studies with their conditions."""
 
-_FILE, _CONDITIONS, _OVERVIEW = "campaign.json", "conditions", "overview"
-_OWN_NAMES = {"", _CONDITIONS, _OVERVIEW, _FILE, LOCK, "ray"}  # that no study may have
+_OVERVIEW = "overview"
+_OWN_NAMES = {"", CONDITIONS, _OVERVIEW, CAMPAIGN, LOCK, "ray"}  # that no study may have
 _FORMAT = 1  # of campaign.json
-_OF_AN_INSTANT = {LOCK, f"{_FILE}.tmp"}  # what a kill may leave before campaign.json is there
+_OF_AN_INSTANT = {LOCK, f"{CAMPAIGN}.tmp"}  # what a kill may leave before campaign.json is there
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ class CampaignRoot:
 
     def condition(self, name: str) -> Path:
         """The run's folder of a condition."""
-        return self.path / _CONDITIONS / name
+        return self.path / CONDITIONS / name
 
     @property
     def overviews(self) -> Path:
@@ -146,8 +147,8 @@ class CampaignRoot:
         content = _declaration(before, scale, studies)
         if content != before:
             text = json.dumps(content, indent=2) + "\n"
-            write_atomically(self.path / _FILE, text.encode())
-        (self.path / _CONDITIONS).mkdir(exist_ok=True)
+            write_atomically(self.path / CAMPAIGN, text.encode())
+        (self.path / CONDITIONS).mkdir(exist_ok=True)
 
     def _check_names(self, studies: Iterable[Study]) -> None:
         for study in studies:
@@ -159,7 +160,7 @@ class CampaignRoot:
 
     def _read(self) -> dict[str, Any]:
         """What campaign.json says; nothing where a campaign could begin."""
-        path = self.path / _FILE
+        path = self.path / CAMPAIGN
         if path.is_file():
             try:
                 content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8-sig"))
@@ -174,7 +175,7 @@ class CampaignRoot:
             if found := sorted({each.name for each in self.path.iterdir()} - _OF_AN_INSTANT):
                 raise ValueError(
                     f"out: expected a new folder or a campaign's, got {str(self.path)!r} with "
-                    f"{found[0]!r} and without {_FILE}; choose another --out"
+                    f"{found[0]!r} and without {CAMPAIGN}; choose another --out"
                 )
         elif self.path.exists():
             raise ValueError(f"out: expected a folder, got the file {str(self.path)!r}")

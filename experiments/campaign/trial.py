@@ -16,13 +16,13 @@ from experiments.campaign.execution import open_session
 from experiments.config import EvolveConfig
 from experiments.evolution.evolve import Session
 from experiments.runs.history import HistoryRow
+from experiments.runs.names import CAMPAIGN
 
 __all__ = ["ROOT_VARIABLE", "ConditionTrial"]
 
 ROOT_VARIABLE = "HEBBTORCH_CAMPAIGN_ROOT"
 """Of the environment of a node: where it has the campaign's folder, if in another place than the
 node where the campaign was started."""
-_DECLARED = "campaign.json"
 _STEP = 10.0  # least time between reports to Ray [s]
 
 
@@ -46,9 +46,9 @@ class ConditionTrial(tune.Trainable):
         torch.set_num_threads(1)  # the simulator has threads of its own
         condition = config["condition"]
         root = Path(os.environ.get(ROOT_VARIABLE) or condition["root"])
-        if not (root / _DECLARED).is_file():
+        if not (root / CAMPAIGN).is_file():
             raise ValueError(
-                f"campaign: expected {_DECLARED} in {str(root)!r} on this node, got none; mount "
+                f"campaign: expected {CAMPAIGN} in {str(root)!r} on this node, got none; mount "
                 f"the storage that all nodes share, or tell where it is with {ROOT_VARIABLE}"
             )
         options = EvolveConfig.from_json(condition["options"])

@@ -35,6 +35,7 @@ from experiments.report.figures.overview import takeoff_times
 from experiments.report.figures.performance import unseen_per_run
 from experiments.report.finished_runs import FinishedRuns, find_runs, gather
 from experiments.runs.champions import Champions
+from experiments.runs.names import CAMPAIGN, CONDITIONS
 
 __all__ = ["is_bundle", "pack", "unpack", "unpacked"]
 
@@ -44,7 +45,6 @@ _CHAMPIONS, _TABLES, _RUNS, _SUMS = (
     "runs.csv",
     "SHA256SUMS",
 )
-_CAMPAIGN, _CONDITIONS = "campaign.json", "conditions"
 _KEPT = (".csv", ".json", ".npz")
 _KEY, _FORMAT = "hebbtorch", 1  # of what champions.safetensors says about itself
 _BEGINNING = (1980, 1, 1, 0, 0, 0)  # the time of every file in the archive, so that bytes agree
@@ -106,12 +106,12 @@ def unpack(bundle: Path, out: Path) -> None:
     with zipfile.ZipFile(bundle / _TABLES) as archive:
         for name in archive.namelist():
             parts = PurePosixPath(_plain(name)).parts
-            home = out if len(parts) == 1 else out / _CONDITIONS / parts[0]
+            home = out if len(parts) == 1 else out / CONDITIONS / parts[0]
             home.mkdir(parents=True, exist_ok=True)
             write_atomically(home / parts[-1], archive.read(name))
     with safetensors.safe_open(bundle / _CHAMPIONS, framework="pt") as file:
         for name, options in _options(file.metadata() or {}).items():
-            home = out / _CONDITIONS / _plain(name)
+            home = out / CONDITIONS / _plain(name)
             home.mkdir(parents=True, exist_ok=True)
             tensors = (file.get_tensor(f"{name}/{each}") for each in ("genomes", "fitness"))
             Champions(EvolveConfig.from_json(options), *tensors).save(home)
@@ -192,8 +192,8 @@ def _tables(root: Path, folders: Mapping[str, Path]) -> bytes:
             for path in folder.iterdir()
             if path.suffix in _KEPT
         }
-        if (root / _CAMPAIGN).is_file():
-            members[_CAMPAIGN] = root / _CAMPAIGN
+        if (root / CAMPAIGN).is_file():
+            members[CAMPAIGN] = root / CAMPAIGN
         for name, path in sorted(members.items()):
             info = zipfile.ZipInfo(name, _BEGINNING)
             info.external_attr = 0o644 << 16

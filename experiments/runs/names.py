@@ -8,8 +8,10 @@ from experiments.config import EvolveConfig
 
 __all__ = [
     "ARCHIVE",
+    "CAMPAIGN",
     "CHAMPIONS",
     "CHECKPOINT",
+    "CONDITIONS",
     "CONFIG",
     "ENDURANCE",
     "EVALUATION_TERRAINS",
@@ -31,6 +33,8 @@ __all__ = [
 ]
 
 CONFIG = "config.json"
+CAMPAIGN = "campaign.json"  # in the folder of a campaign
+CONDITIONS = "conditions"  # folder with the runs of a campaign
 CHECKPOINT = "checkpoint.pt"
 HISTORY = "history.csv"
 ARCHIVE = "archive.safetensors"

@@ -89,7 +89,7 @@ def write_json(
         "seed": seed,
         "passed": all(isinstance(row, Skip) or row.passes for row in rows),
         "cases": [_entry(row) for row in rows],
-        "yardstick": [
+        "self_agreement": [
             {
                 "case": y.case,
                 "mean_speed": y.mean,

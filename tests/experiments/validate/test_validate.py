@@ -85,7 +85,9 @@ def test_recorded_runs_pass_and_are_reported(
     assert row["its_own_shift"] == pytest.approx(0.996, abs=5e-4)  # known of the recording
     assert row["verdict"] == "pass"
     assert f"{row['ours']:.4g}" in shown
-    (self_agreement,) = (y for y in content["yardstick"] if y["case"] == "gaits worm-7x1 flat f64")
+    (self_agreement,) = (
+        y for y in content["self_agreement"] if y["case"] == "gaits worm-7x1 flat f64"
+    )
     assert self_agreement["mean_speed"] == pytest.approx(0.127, abs=5e-4)
     assert self_agreement["no_continuous_detection"]["spearman"] == pytest.approx(0.977, abs=5e-4)
     assert self_agreement["shifted_start"]["bias"] == pytest.approx(-0.003, abs=5e-4)
