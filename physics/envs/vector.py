@@ -177,8 +177,8 @@ class VoxelVectorEnv(VectorEnv):
     def spread_phases(self) -> None:
         """Ages the present episodes evenly, as if world i of N had begun i / N of an episode ago,
         so that from now on about as many end in every step."""
-        ages = torch.arange(self.num_envs) * self.episode_steps // self.num_envs
-        self._age.copy_(ages)
+        worlds = torch.arange(self.num_envs, device=self._age.device)
+        self._age.copy_(worlds * self.episode_steps // self.num_envs)
 
     def terrains(self) -> list[Terrain] | None:
         """The terrain of every world in its present episode."""

@@ -63,7 +63,7 @@ class Bodies:
         if shapes is None:
             morphology = Morphology.of(shape)
             body = Body(morphology, Apparatus.of(sensors, morphology))
-            return cls((body,), np.zeros(n_worlds, dtype=np.int64))
+            return cls((body,), np.broadcast_to(np.int64(0), n_worlds))  # which takes no memory
         if len(shapes) != n_worlds:
             raise ValueError(
                 f"shape: expected one, or a list of one for each of the {n_worlds} worlds, got a "

@@ -34,10 +34,10 @@ _OWN_VOXEL_ITEMS = lay.VOXEL_ITEMS - _SHARED
 def own_items(layout: Layout) -> Tensor:
     """Numbers of the items in which a world may begin otherwise than another, (I,): the squares,
     breaks and springs of each voxel, and the header."""
-    own = torch.cat([torch.arange(_SQUARES), torch.arange(lay.BREAKS, lay.VOXEL_ITEMS)])
-    voxels = torch.arange(0, layout.header, lay.VOXEL_ITEMS)[:, None] + own
-    header = torch.arange(layout.header, layout.header + lay.HEADER_ITEMS)
-    return torch.cat([voxels.flatten(), header])
+    own = np.r_[0:_SQUARES, lay.BREAKS : lay.VOXEL_ITEMS]
+    voxels = np.arange(0, layout.header, lay.VOXEL_ITEMS)[:, None] + own
+    header = np.arange(layout.header, layout.header + lay.HEADER_ITEMS)
+    return torch.from_numpy(np.concatenate([voxels.ravel(), header]))
 
 
 class Batch:

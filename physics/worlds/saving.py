@@ -40,7 +40,7 @@ def pack(state: State, batch: Batch, signature: dict[str, Any]) -> dict[str, Any
         "terrain_points": [
             torch.from_numpy(np.stack([terrain.xs, terrain.ys], 1)) for terrain in unique
         ],
-        "terrain_of_world": torch.tensor([numbers[terrain] for terrain in terrains]),
+        "terrain_of_world": torch.tensor([numbers[terrain] for terrain in terrains], device="cpu"),
     }
 
 

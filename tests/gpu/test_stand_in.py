@@ -15,9 +15,12 @@ from torch import Tensor
 from tests.gpu import episodes
 from tests.gpu.pretend import Pretend
 
-pytestmark = pytest.mark.skipif(
-    torch.cuda.is_available(), reason="has a GPU: tests/physics/test_gpu.py looks at that one"
-)
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(
+        torch.cuda.is_available(), reason="has a GPU: tests/physics/test_gpu.py looks at that one"
+    ),
+]
 
 _Results = tuple[dict[str, Any], dict[str, Tensor]]
 

@@ -191,6 +191,7 @@ def test_partial_step_with_all_stages_is_the_simulators() -> None:
     assert torch.equal(taken, PartialStep(robots).run(0))
 
 
+@pytest.mark.long
 def test_every_stage_does_something() -> None:
     robots = ClosedLoop(rates.BIPED, "hebbian", 16, seed=0)
     robots.stretch(120)()
@@ -244,6 +245,7 @@ def test_a_generation_besides_its_lives() -> None:
     assert row.best > 0
 
 
+@pytest.mark.long
 def test_evolution_in_a_process_of_its_own() -> None:
     wall, share, paper = evolution.evolve(TINY)
     assert len(wall.samples) == TINY.generations - 1

@@ -63,6 +63,7 @@ def test_the_version_is_told(
     assert capsys.readouterr().out == f"hebbtorch {version('hebbtorch')}\n"
 
 
+@pytest.mark.slow
 def test_quiet_tells_nothing_but_mistakes(
     finished: Path,
     tmp_path: Path,

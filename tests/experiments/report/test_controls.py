@@ -14,6 +14,8 @@ from experiments.rollout import controller
 from experiments.rollout.evaluate import Evaluator
 from experiments.rollout.scenarios import Scenarios
 
+pytestmark = pytest.mark.slow
+
 CONFIG = EvolveConfig(shape="worm-3x1", sensors="high", duration=0.5, population=4, threads=1)
 STATIC = replace(CONFIG, controller="mlp")
 

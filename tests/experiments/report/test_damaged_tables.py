@@ -13,6 +13,8 @@ from experiments.config import EvolveConfig
 from experiments.report.gallery import draw_all
 from tests.experiments.finished_runs import write_evaluation, write_recording, write_run
 
+pytestmark = pytest.mark.slow
+
 CONFIG = EvolveConfig(generations=3)
 TABLES = ("history.csv", "evaluation-hilly-3-30-none.csv", "freeze.csv", "recording.json")
 

@@ -68,6 +68,7 @@ def test_a_tolerance(tolerance: Tolerance, ours: float, passes: bool) -> None:
     assert Check("case", "measure", 5.0, ours, tolerance).passes is passes
 
 
+@pytest.mark.slow
 def test_recorded_runs_pass_and_are_reported(
     small: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

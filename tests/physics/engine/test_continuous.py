@@ -92,6 +92,7 @@ def test_robots_that_stand_are_left_alone():
     assert torch.equal(sims[0].mass_poses(), sims[1].mass_poses())
 
 
+@pytest.mark.long
 def test_worlds_do_not_influence_each_other():
     actuations = gaits(90, 20, 10)
     terrains = [Terrain.from_name(f"hilly-3-30-{seed}") for seed in range(20)]
