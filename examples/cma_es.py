@@ -1,7 +1,7 @@
-"""Another optimizer: CMA-ES (pycma) evolves Hebbian rules for a worm.
+"""Another optimizer: CMA-ES (pycma) evolves neuron-centric Hebbian rules for a worm.
 
 Shows that `fitness` is a plain function of genomes: any optimizer can use it. Needs the extra
-``optimizers``. Takes a minute on one core.
+``optimizers``. Reaches 2.3 m/s in 13 s on one core.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ def main(arguments: Sequence[str] | None = None) -> float:
     parser.add_argument("--duration", type=float, default=15.0, help="of an episode [s]")
     options = parser.parse_args(arguments)
     config = EvolveConfig(
-        shape="worm-4x1", sensors="low", sharing="presynaptic", duration=options.duration
+        shape="worm-7x1", sensors="low", sharing="neuron", duration=options.duration
     )
     evaluate = fitness(config)
     strategy = cma.CMAEvolutionStrategy(
-        np.zeros(evaluate.n_genes), 0.5, {"popsize": options.population, "seed": 1, "verbose": -9}
+        np.zeros(evaluate.n_genes), 1.0, {"popsize": options.population, "seed": 1, "verbose": -9}
     )
     best = float("-inf")
     for generation in range(1, options.generations + 1):
