@@ -45,7 +45,7 @@ def _draw_one(picture: Picture, folder: Path) -> list[Path]:
                 ),
                 Line2D([], [], color=_OURS, lw=1, label="ours"),
             ],
-            title=f"{picture.name.replace('_', ' ')}: recorded by the paper's simulator, and ours",
+            title=picture.name.replace("_", " "),
         )
     return sheet.files
 
