@@ -39,7 +39,7 @@ from physics import Apparatus, Morphology, Sensor, Terrain
 __all__ = ["SUFFIX", "load", "save"]
 
 SUFFIX = ".safetensors"
-_FORMAT = 1
+_FORMAT, _KIND = 1, "trajectory"
 _COLUMNS = ("times", "poses", "actuation", "areas", "touching", "broken", "readings", "rewards")
 _TENSORS = (*_COLUMNS, "activations", "weight_times", "weights", "terrain")
 
@@ -61,7 +61,7 @@ def save(course: Trajectory, path: Path) -> None:
     arrays["terrain"] = np.stack([course.terrain.xs, course.terrain.ys], 1)
     about = {
         "format": _FORMAT,
-        "kind": "trajectory",
+        "kind": _KIND,
         "config": None if course.config is None else json.loads(course.config.to_json()),
         "body": course.morphology.description(),
         "sensors": [
@@ -90,6 +90,8 @@ def load(path: Path) -> Trajectory:
     try:
         tensors, text = read_tensors(path, _TENSORS)
         about = json.loads(text)
+        if about["kind"] != _KIND:
+            raise ValueError(f"it holds a {about['kind']!r}")
         require_format(about.get("format"), _FORMAT)
         return _unpacked({name: each.numpy() for name, each in tensors.items()}, about)
     except (ValueError, KeyError, TypeError, AttributeError, IndexError) as error:

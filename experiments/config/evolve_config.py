@@ -37,6 +37,18 @@ def _world(default: Any, **others: Any) -> Any:
     return option(default, "variant", group="world", **others)
 
 
+def _noise_of(kind: str) -> Any:
+    """An option of the noise of one kind of sensor."""
+    return option(
+        None,
+        "variant",
+        group="robot",
+        suffix=lambda value: f"noise-{kind}-{float(value)}",
+        label=f"noise {{}} of {kind}",
+        least=0.0,
+    )
+
+
 @dataclass(frozen=True)
 class EvolveConfig:
     """Everything that decides the outcome of an evolution; the defaults are the paper's.
@@ -184,44 +196,16 @@ class EvolveConfig:
     )
     """Standard deviation of the sensor noise, in units of each sensor's range."""
 
-    noise_area: float | None = option(
-        None,
-        "variant",
-        group="robot",
-        suffix=lambda value: f"noise-area-{float(value)}",
-        label="noise {} of area",
-        least=0.0,
-    )
+    noise_area: float | None = _noise_of("area")
     """The same of area sensors alone; --noise if not given."""
 
-    noise_touch: float | None = option(
-        None,
-        "variant",
-        group="robot",
-        suffix=lambda value: f"noise-touch-{float(value)}",
-        label="noise {} of touch",
-        least=0.0,
-    )
+    noise_touch: float | None = _noise_of("touch")
     """The same of touch sensors alone; --noise if not given."""
 
-    noise_velocity: float | None = option(
-        None,
-        "variant",
-        group="robot",
-        suffix=lambda value: f"noise-velocity-{float(value)}",
-        label="noise {} of velocity",
-        least=0.0,
-    )
+    noise_velocity: float | None = _noise_of("velocity")
     """The same of velocity sensors alone; --noise if not given."""
 
-    noise_lidar: float | None = option(
-        None,
-        "variant",
-        group="robot",
-        suffix=lambda value: f"noise-lidar-{float(value)}",
-        label="noise {} of lidar",
-        least=0.0,
-    )
+    noise_lidar: float | None = _noise_of("lidar")
     """The same of lidar sensors alone; --noise if not given."""
 
     control_interval: int = option(
@@ -267,11 +251,7 @@ class EvolveConfig:
     """Damping ratio of the voxels' springs."""
 
     damage_mode: Literal["rest", "frozen", "random", "blind"] = option(
-        "rest",
-        "variant",
-        group="robot",
-        suffix=str,
-        label=str,
+        "rest", "variant", group="robot"
     )
     """What broken voxels do: rest (the paper's text), frozen, random, or obey without sensing
     (blind)."""

@@ -127,6 +127,7 @@ class TorchTeamLoop:
     def __init__(self, sim: Simulator, team: Team, state: hebbtorch.State) -> None:
         self._team = team
         self._states = team.split(state)
+        self._where = [torch.from_numpy(own).to(sim.device) for own in team.worlds]
         self._plastic = True
         self._actuation = torch.zeros(
             sim.n_worlds, sim.n_voxels, dtype=sim.dtype, device=sim.device
@@ -139,10 +140,9 @@ class TorchTeamLoop:
             readings = sim.step(self._actuation)
             assert readings is not None, "controllers need readings"
             plastic = sim.alive() & self._plastic  # worlds that are over learn no more
-            for k, (network, own) in enumerate(
-                zip(self._team.networks, self._team.worlds, strict=True)
+            for k, (network, where) in enumerate(
+                zip(self._team.networks, self._where, strict=True)
             ):
-                where = torch.from_numpy(own).to(readings.device)
                 seen = readings[where, : network.sizes[0]]
                 acts, self._states[k] = network(seen, self._states[k], plastic=plastic[where])
                 self._actuation[where, : acts.shape[1]] = acts

@@ -23,7 +23,7 @@ from physics import Morphology, Simulator
 __all__ = ["cases"]
 
 # Of position [m] and area ratio, by the number of voxels; the last is for more. From four voxels
-# on, the recorded robots collide with themselves, which ours do not.
+# on, squares of a robot touch each other at their corners, and runs part sooner.
 _TOLERANCES = {1: (2e-4, 1e-4), 2: (1e-3, 2e-4)}
 _TOLERANCE_OF_MORE = (0.02, 5e-3)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 import torch
@@ -31,6 +32,7 @@ _SHARED = lay.BREAKS - _SQUARES  # items of a voxel, behind its squares, that be
 _OWN_VOXEL_ITEMS = lay.VOXEL_ITEMS - _SHARED
 
 
+@lru_cache(maxsize=8)
 def own_items(layout: Layout) -> Tensor:
     """Numbers of the items in which a world may begin otherwise than another, (I,): the squares,
     breaks and springs of each voxel, and the header."""
