@@ -10,7 +10,8 @@ from torch import Tensor
 
 from experiments.analysis.film import Progress, chosen_run, write_films
 from experiments.analysis.film_options import FilmOptions
-from experiments.analysis.trajectory import Trajectory, record
+from experiments.analysis.recorder import record
+from experiments.analysis.trajectory import Trajectory
 from experiments.io.outputs import require_folder
 from experiments.runs.archive import Archive
 from experiments.runs.champions import Champions

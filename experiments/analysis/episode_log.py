@@ -10,8 +10,9 @@ from torch import Tensor
 
 import hebbtorch
 from experiments.analysis.measures import term_shares
+from experiments.analysis.recorder import record
 from experiments.analysis.term_sizes import TermSizes
-from experiments.analysis.trajectory import Trajectory, record
+from experiments.analysis.trajectory import Trajectory
 from experiments.config import EvolveConfig
 from experiments.rollout import controller
 from experiments.runs.tensorboard import EventFile

@@ -14,8 +14,9 @@ from PIL import Image
 
 from experiments.analysis import trajectory_file
 from experiments.analysis.film_options import FilmOptions
+from experiments.analysis.recorder import record
 from experiments.analysis.spectrum import period_of
-from experiments.analysis.trajectory import Trajectory, record
+from experiments.analysis.trajectory import Trajectory
 from experiments.io.outputs import require_folder
 from experiments.runs.champions import Champions
 from physics import DT

@@ -146,7 +146,7 @@ def record(
     """
     from experiments.analysis import trajectory_file
     from experiments.analysis.film import chosen_run
-    from experiments.analysis.trajectory import record as record_course
+    from experiments.analysis.recorder import record as record_course
     from experiments.runs.champions import Champions
 
     one_thread()

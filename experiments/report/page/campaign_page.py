@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments.analysis.trajectory import record
+from experiments.analysis.recorder import record
 from experiments.report.bundle import unpacked
 from experiments.report.claims.summary import judge
 from experiments.report.figures.performance import unseen_per_run

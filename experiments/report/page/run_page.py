@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
-from experiments.analysis.trajectory import Trajectory, record
+from experiments.analysis.recorder import record
+from experiments.analysis.trajectory import Trajectory
 from experiments.report.page import charts
 from experiments.report.page.episode_data import EVERY, WEIGHTS_EVERY, episode_data
 from experiments.report.page.html import page, picture, section, table

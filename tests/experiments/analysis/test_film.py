@@ -9,7 +9,8 @@ from PIL import Image
 
 from experiments.analysis.comparison import film_beside
 from experiments.analysis.film import FilmOptions, draw_gait, film_run
-from experiments.analysis.trajectory import lidar_rays, record
+from experiments.analysis.recorder import record
+from experiments.analysis.trajectory import lidar_rays
 from experiments.analysis.unseen import reassess
 from experiments.config import EvolveConfig
 from experiments.rollout import controller

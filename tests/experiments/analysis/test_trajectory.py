@@ -13,7 +13,8 @@ import torch
 from safetensors import safe_open
 
 from experiments.analysis import trajectory_file
-from experiments.analysis.trajectory import Recorder, Trajectory, record
+from experiments.analysis.recorder import Recorder, record
+from experiments.analysis.trajectory import Trajectory
 from experiments.config import EvolveConfig
 from experiments.rollout import controller
 from experiments.runs.champions import Champions

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from experiments.analysis.trajectory import record
+from experiments.analysis.recorder import record
 from experiments.report.page.episode_data import episode_data
 from experiments.report.page.write import write_page
 from tests.experiments.champions import PLASTIC, STATIC, random_champions, run_folder
