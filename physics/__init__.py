@@ -11,7 +11,7 @@ for _ in range(60):
 
 import sys
 
-from physics.engine.memory.model import Engine
+from physics.engine.memory.settings import Engine
 from physics.renamed import keep_old_names
 from physics.scene.bodies import Bodies, Body
 from physics.scene.clock import steps_in

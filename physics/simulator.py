@@ -13,7 +13,7 @@ from physics import backend, checks
 from physics.engine import kernels
 from physics.engine.memory import layout as lay
 from physics.engine.memory.grouping import Grouping, lanes_for_robots
-from physics.engine.memory.model import Engine
+from physics.engine.memory.settings import Engine
 from physics.scene import clock, material
 from physics.scene.bodies import Bodies, Body
 from physics.scene.conditions import Conditions

@@ -4,7 +4,7 @@ from physics.backend import ti
 from physics.engine import noise, step_counter
 from physics.engine.lane_math import any_lane, limited
 from physics.engine.memory import layout as lay
-from physics.engine.memory.model import F_LOWPASS
+from physics.engine.memory.tables import F_LOWPASS
 
 REST, FROZEN, RANDOM, BLIND = range(4)  # damage.MODES
 

@@ -3,7 +3,7 @@
 from physics.backend import ti
 from physics.engine.lane_math import any_lane, limited, rotate
 from physics.engine.memory import layout as lay
-from physics.engine.memory.model import F_DAMPING, F_GRAVITY
+from physics.engine.memory.tables import F_DAMPING, F_GRAVITY
 from physics.scene import material
 
 

@@ -13,7 +13,7 @@ from physics.backend import Kernel, Program, Real, ti
 from physics.engine import actuation, step
 from physics.engine.memory import layout as lay
 from physics.engine.memory import partial_group
-from physics.engine.memory.model import Tables, load_sizes, sizes_of_group
+from physics.engine.memory.tables import Tables, load_sizes, sizes_of_group
 from physics.engine.sensing import sense
 
 

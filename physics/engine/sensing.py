@@ -5,7 +5,7 @@ from physics.engine import noise, step_counter
 from physics.engine.actuation import BLIND, broken
 from physics.engine.lane_math import magnitude, tanh
 from physics.engine.memory import layout as lay
-from physics.engine.memory.model import (
+from physics.engine.memory.tables import (
     AREA,
     F_NOISE,
     F_RAY_ROW,

@@ -18,7 +18,7 @@ from physics.engine.memory import model
 from physics.engine.memory import state as st
 from physics.engine.memory.grouping import Grouping
 from physics.engine.memory.layout import Layout
-from physics.engine.memory.model import Engine
+from physics.engine.memory.settings import Engine
 from physics.scene import clock, material
 from physics.scene.bodies import Bodies, Body
 from physics.scene.conditions import Conditions

@@ -8,7 +8,7 @@ from physics.backend import ti
 from physics.engine.integrator import move
 from physics.engine.lane_math import any_lane, limited
 from physics.engine.memory import layout as lay
-from physics.engine.memory.model import F_FRICTION
+from physics.engine.memory.tables import F_FRICTION
 from physics.scene import material
 
 

@@ -13,7 +13,7 @@ its first ``self_contact_limit`` self-contacts and ignores further ones, whateve
 from physics.backend import ti
 from physics.engine.lane_math import any_lane, magnitude
 from physics.engine.memory import layout as lay
-from physics.engine.memory.model import PAIR_ROW
+from physics.engine.memory.tables import PAIR_ROW
 from physics.scene import material
 
 _REACH = material.SQUARE_SIDE * 2**0.5  # centres of squares that meet are no further apart [m]

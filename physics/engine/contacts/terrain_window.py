@@ -7,7 +7,7 @@ so that detection needs no gathers; the window is filled anew when a robot nears
 from physics.backend import ti
 from physics.engine.lane_math import any_lane
 from physics.engine.memory import layout as lay
-from physics.engine.memory.model import F_EXTENT, F_REACH
+from physics.engine.memory.tables import F_EXTENT, F_REACH
 
 MARGIN = 2.0  # ground kept ready beyond what is within reach [m]
 _FAR = 1e30

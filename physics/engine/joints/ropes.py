@@ -7,7 +7,7 @@ velocity (MODEL.md, section 2). Few are active at a time, so they are listed per
 from physics.backend import ti
 from physics.engine.lane_math import any_lane, limited, magnitude
 from physics.engine.memory import layout as lay
-from physics.engine.memory.model import I_ROPE_ROW, I_ROPES
+from physics.engine.memory.tables import I_ROPE_ROW, I_ROPES
 from physics.scene import material
 
 _COUNT = len(material.ROPES)

@@ -11,7 +11,7 @@ where J = (n, arm1, -n, -arm2).
 
 from physics.backend import ti
 from physics.engine.memory import layout as lay
-from physics.engine.memory.model import (
+from physics.engine.memory.tables import (
     F_SPRING_ROW,
     F_SPRINGS,
     FS_GROW,

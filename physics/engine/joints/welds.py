@@ -13,7 +13,7 @@ import math
 from physics.backend import ti
 from physics.engine.lane_math import any_lane, sines_cosines, turned
 from physics.engine.memory import layout as lay
-from physics.engine.memory.model import I_WELD_ROW
+from physics.engine.memory.tables import I_WELD_ROW
 from physics.scene import material
 
 _ARM = material.SQUARE_SIDE  # [m]

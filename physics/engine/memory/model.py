@@ -1,179 +1,43 @@
-"""What stays fixed while a batch of worlds is simulated, as tables for the kernels."""
+"""What stays fixed while a batch of worlds is simulated, made into tables for the kernels."""
 
 import dataclasses
 import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from physics import checks
-from physics.backend import Features, ti
 from physics.engine.memory import layout as lay
 from physics.engine.memory.layout import Layout
+from physics.engine.memory.settings import Engine
+from physics.engine.memory.tables import (
+    AREA,
+    F_RAY_ROW,
+    F_RAYS,
+    I_WELD_ROW,
+    I_WELDS,
+    PAIR_ROW,
+    RAY,
+    READING_ROW,
+    SIZES,
+    TOUCH,
+    VELOCITY_X,
+    VELOCITY_Y,
+)
 from physics.scene import clock, damage, material
 from physics.scene.conditions import Conditions
 from physics.scene.morphology import Morphology
 from physics.scene.sensors import Apparatus
 
-
-@dataclass(frozen=True)
-class Engine:
-    """Settings of the engine; the defaults are the reference's.
-
-    Attributes:
-        friction: coefficient between a square and the ground.
-        damping: linear and angular velocity damping [1/s].
-        velocity_iterations, position_iterations: The iterations of the sequential-impulse solver in
-            each step.
-        ropes: whether squares of a voxel are kept from passing through each other.
-        self_collision: whether squares of the robot that no joint ties keep out of each other.
-        continuous: whether squares that land are stopped where they touch the ground, instead of
-            as deep in it as their speed takes them in a step (continuous collision detection). It
-            costs a tenth of the speed, and champions' speeds come no nearer to those of the
-            reference with its own detection than by default (FIDELITY.md).
-    """
-
-    friction: float = material.FRICTION
-    damping: float = material.DAMPING
-    velocity_iterations: int = material.VELOCITY_ITERATIONS
-    position_iterations: int = material.POSITION_ITERATIONS
-    ropes: bool = True
-    self_collision: bool = True
-    continuous: bool = False
-
-    def features(self, morphology: Morphology) -> Features:
-        """What the kernels must have to simulate this robot."""
-        return Features(self.self_collision and morphology.n_voxels > 1, self.continuous)
-
-    def __post_init__(self) -> None:
-        for name in ("friction", "damping"):
-            checks.finite(name, getattr(self, name), 0.0)
-        for name in ("velocity_iterations", "position_iterations"):
-            checks.positive_integer(name, getattr(self, name))
-
-
-# Places in the table of numbers.
-F_GRAVITY, F_DAMPING, F_FRICTION, F_NOISE, F_REACH, F_EXTENT, F_LOWPASS = range(7)
-F_SPRINGS = 7  # rows of: anchors x1 y1 x2 y2 [m], rest length, its slopes for a >= 0 and a < 0
-FS_X1, FS_Y1, FS_X2, FS_Y2, FS_REST, FS_SHRINK, FS_GROW = range(7)
-F_SPRING_ROW = 7
-F_RAYS = F_SPRINGS + F_SPRING_ROW * len(material.SPRINGS)  # rows of: cos, sin, range [m]
-F_RAY_ROW = 3
-
-# Places in the table of integers: the fields of Sizes, then the rows below.
-_SIZES = (
-    "voxels",
-    "welds",
-    "segments",
-    "readings",
-    "header",
-    "weld_block",
-    "window",
-    "rings",
-    "reading_block",
-    "contact_list",
-    "contact_list_new",
-    "rope_list",
-    "velocity_iterations",
-    "position_iterations",
-    "control_interval",
-    "delay",
-    "delay_block",
-    "ropes",
-    "damage_mode",
-    "weld_table",
-    "reading_table",
-    "interval_table",
-    "interval_steps",
-    "interval_row",
-    "noise_table",
-    "self_contact_block",
-    "self_contact_memory",
-    "self_contact_bounds",
-    "self_contact_list",
-    "self_contact_list_old",
-    "self_contact_limit",
-    "pair_table",
-    "voxel_pairs",
-    "continuous_block",
-    "group_items",
-    "own_numbers",  # first of this robot's in the table of numbers
-    "next_group",  # first group that does not have this robot
-    "next_sizes",  # place of the sizes of that group's robot
-)
-Sizes = ti.types.struct(**dict.fromkeys(_SIZES, ti.i32))
-
 _LAST = 2**31 - 1  # no group comes after
-
-I_SPRINGS = len(_SIZES)  # rows of: items of body 1 and of body 2 in the voxel block
-I_SPRING_ROW = 2
-I_ROPES = I_SPRINGS + I_SPRING_ROW * len(material.SPRINGS)
-I_ROPE_ROW = 2
-I_WELDS = I_ROPES + I_ROPE_ROW * len(material.ROPES)
-I_WELD_ROW = 3  # items of body 1 and of body 2; 1 where body 1 lies above body 2, else 0
-
-# A row of voxels that may collide: numbers of both; bit 4 i + j is set where square i of the first
-# is welded to square j of the second.
-PAIR_ROW = 3
-
-# A reading row: kind, voxel block, slots of its ring (0: no average), ring, interval number, ray.
-RE_KIND, RE_VOXEL, RE_SLOTS, RE_RING, RE_INTERVAL, RE_RAY = range(6)
-READING_ROW = 6
 _FIRST_STEPS = 500  # of which a table tells the length of sensor windows step by step
-AREA, TOUCH, VELOCITY_X, VELOCITY_Y, RAY = range(5)
 _KINDS = {
     "area": (AREA,),
     "touch": (TOUCH,),
     "velocity": (VELOCITY_X, VELOCITY_Y),
     "lidar": (RAY,),
 }
-
-
-@ti.func
-def load_sizes(integers: ti.template(), first):
-    """The sizes of a robot's model, which stand from ``first`` on."""
-    return Sizes(*[integers[first + k] for k in ti.static(range(len(_SIZES)))])
-
-
-@ti.func
-def sizes_of_group(sizes: ti.template(), integers: ti.template(), group):
-    """Turns to the robot of a group, from that of a group before it."""
-    while group >= sizes.next_group:
-        sizes = load_sizes(integers, sizes.next_sizes)
-
-
-class Tables:
-    """The model in a kernel, where it is called m: a size by its name, such as `m.voxels`.
-
-    It exists while a kernel is compiled only, and leaves no trace in it.
-
-    Attributes:
-        integers: the table of I_*, an argument of the kernel.
-        numbers: the table of F_*, likewise.
-        stages: mask of the stages of `engine.step` that are taken.
-    """
-
-    _data_oriented = True  # lets Taichi pass it on as it is
-
-    def __init__(self, sizes: Any, integers: Any, numbers: Any, stages: Any = -1) -> None:
-        """What a kernel was given.
-
-        Args:
-            sizes: what `load_sizes` found.
-            integers: the table of I_*.
-            numbers: the table of F_*.
-            stages: see the attribute; all by default, which the compiler knows.
-        """
-        self._sizes = sizes
-        self.stages = stages
-        self.integers = integers
-        self.numbers = numbers
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._sizes, name)
 
 
 @dataclass(frozen=True)
@@ -283,7 +147,7 @@ def build(
     }
     rows = [*springs, *ropes, *welds, *reading_rows, *pairs]
     integers = np.concatenate(
-        [[sizes[name] for name in _SIZES], *rows, *windows], dtype=np.int32, casting="unsafe"
+        [[sizes[name] for name in SIZES], *rows, *windows], dtype=np.int32, casting="unsafe"
     )
     noise = conditions.reading_noise(apparatus)
     numbers = np.array(
@@ -320,12 +184,12 @@ def joined(models: Sequence[Model], groups: Sequence[tuple[int, int]]) -> Model:
     ]
     rows, ends = [], np.cumsum([count for _, count in groups])
     for k, (robot, _) in enumerate(groups):
-        row = tables[robot][: len(_SIZES)].copy()
+        row = tables[robot][: len(SIZES)].copy()
         if k + 1 < len(groups):
-            row[_SIZES.index("next_group")] = ends[k]
-            row[_SIZES.index("next_sizes")] = starts[-1] + k * len(_SIZES)
+            row[SIZES.index("next_group")] = ends[k]
+            row[SIZES.index("next_sizes")] = starts[-1] + k * len(SIZES)
         rows.append(row)
-    tables[0][: len(_SIZES)] = rows[0]
+    tables[0][: len(SIZES)] = rows[0]
     integers = np.concatenate([*tables, *rows[1:]], dtype=np.int32)
     return dataclasses.replace(
         first, integers=integers, numbers=np.concatenate([each.numbers for each in models])
@@ -336,9 +200,9 @@ def _moved(model: Model, integers: int, numbers: int) -> np.ndarray:
     """The integers of a model whose tables begin at these places."""
     moved = model.integers.copy()
     for name in ("weld_table", "reading_table", "interval_table", "pair_table"):
-        moved[_SIZES.index(name)] += integers
+        moved[SIZES.index(name)] += integers
     for name in ("noise_table", "own_numbers"):
-        moved[_SIZES.index(name)] += numbers
+        moved[SIZES.index(name)] += numbers
     return moved
 
 
