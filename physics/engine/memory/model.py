@@ -45,15 +45,11 @@ class Model:
     """A robot in a batch of worlds: what the kernels read and never write.
 
     Attributes:
-        morphology, apparatus, engine: what it was built from.
         layout: where the state lies.
         numbers: table of F_*, shape (.,), float64.
         integers: table of I_*, shape (.,), int32.
     """
 
-    morphology: Morphology
-    apparatus: Apparatus
-    engine: Engine
     layout: Layout
     numbers: np.ndarray
     integers: np.ndarray
@@ -165,7 +161,7 @@ def build(
         ],
         dtype=np.float64,
     )
-    return Model(morphology, apparatus, engine, layout, numbers, integers)
+    return Model(layout, numbers, integers)
 
 
 def joined(models: Sequence[Model], groups: Sequence[tuple[int, int]]) -> Model:
