@@ -5,7 +5,7 @@ with the settings of `ppo_walks.py`, and Algorithm 1 of the paper with plastic a
 networks. Every algorithm may spend the same number of robot-steps (worlds times control steps of
 1/60 s) on learning. What it has by then is measured apart, in one episode without exploration: the
 policy's mean for PPO, the fittest genome so far for evolution. Needs the extra ``rl``; three seeds
-of 650,000 steps take about ten minutes of one core, nearly all of it PPO's.
+of 650,000 steps take about five minutes on one core, nearly all of it PPO's.
 
     python examples/ppo_beside_evolution.py --out comparison
 """
