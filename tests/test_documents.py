@@ -10,6 +10,8 @@ ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.DOTALL | re.MULTILINE)
 WITH_CODE = [page for page in PAGES if BLOCK.search(page.read_text(encoding="utf-8"))]
+REPORTS = ROOT.glob("experiments/results/*/figures/REPORT.md")
+CAMPAIGNS = sorted(path.parents[1].name for path in REPORTS)  # those packed so far
 HISTORY = "run,generation,best,median,mean,q75,evaluations,seconds\n0,1,0.5,0.1,0.2,0.3,4,1.0\n"
 
 pytestmark = pytest.mark.slow
@@ -34,6 +36,7 @@ def test_the_blocks_of_a_page_run_one_after_the_other(
 def test_pages_with_code_are_found() -> None:
     assert ROOT / "README.md" in WITH_CODE
     assert len(WITH_CODE) >= 5
+    assert {"first-scale", "ten-runs"} <= set(CAMPAIGNS)
 
 
 def test_every_claim_has_a_page_with_what_each_campaign_says() -> None:
@@ -50,7 +53,7 @@ def test_every_claim_has_a_page_with_what_each_campaign_says() -> None:
     for number, (_, *campaigns) in pages.items():
         page = f"results/claim-{number}.md"
         assert f"](docs/{page})" in hooks._index(pages)
-        assert [text.split()[2] for text, _ in campaigns] == ["first-scale", "ten-runs"]
+        assert [text.split()[2] for text, _ in campaigns] == CAMPAIGNS
         for text, source in campaigns:
             assert "hebbtorch campaign" in text
             _, pictures = hooks._moved(text, source, page)
