@@ -18,11 +18,11 @@ from hebbtorch.functional.activation import (
 from hebbtorch.functional.bounds import Bound, bound_named
 from hebbtorch.functional.rules import RULES, LearningRule, Rule, rule_named
 from hebbtorch.genome import Evolvable, check_batch, check_population, check_sizes
-from hebbtorch.neuron_rules import NeuronBank, NeuronGenes
+from hebbtorch.neuron_rules import NeuronBank, NeuronGenes, check_neuron_rule
 from hebbtorch.plasticity import Plasticity
 from hebbtorch.rule_bank import ETA, TERMS, Bank, RuleBank
 from hebbtorch.sampling import Generators, Init, check_init, draw_weights, redraw
-from hebbtorch.sharing import SHARINGS, rule_grid
+from hebbtorch.sharing import rule_grid
 from hebbtorch.state import Memory, State, batch_of, check_state, memory_of
 from hebbtorch.stepping import Stepping
 
@@ -398,16 +398,3 @@ class HebbianLinear(Stepping, Described, Evolvable):
         shown |= {"terms": self.rules.terms, "population": self.population}
         text = ", ".join(f"{name}={value!r}" for name, value in shown.items())
         return f"{self.n_in}, {self.n_out}, {text}"
-
-
-def check_neuron_rule(rule: object, exchange_bc: bool) -> None:
-    """Check what a layer with sharing="neuron" cannot have.
-
-    Raises:
-        ValueError: another rule than "abcd", or B and C exchanged.
-    """
-    if rule not in ("abcd", RULES["abcd"]) or exchange_bc:
-        raise ValueError(
-            f"sharing: expected another one of {SHARINGS[:-1]} with rule={rule!r} and "
-            f"exchange_bc={exchange_bc!r}; 'neuron' is for 'abcd' alone"
-        )

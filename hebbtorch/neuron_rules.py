@@ -26,6 +26,7 @@ from torch import Tensor, nn
 from hebbtorch.functional.rules import RULES
 from hebbtorch.rule_bank import ETA, TERMS, Bank, check_eta, check_terms, rate_of
 from hebbtorch.sampling import Generators, redraw
+from hebbtorch.sharing import SHARINGS
 
 
 class NeuronGenes(nn.Module):
@@ -123,3 +124,16 @@ class NeuronBank(Bank):
         if self.eta != "evolved":
             return float(self.eta)
         return (rate_of(self.pre.eta_gene) + rate_of(self.post.eta_gene.mT)) / 2
+
+
+def check_neuron_rule(rule: object, exchange_bc: bool) -> None:
+    """Check what a layer with sharing="neuron" cannot have.
+
+    Raises:
+        ValueError: another rule than "abcd", or B and C exchanged.
+    """
+    if rule not in ("abcd", RULES["abcd"]) or exchange_bc:
+        raise ValueError(
+            f"sharing: expected another one of {SHARINGS[:-1]} with rule={rule!r} and "
+            f"exchange_bc={exchange_bc!r}; 'neuron' is for 'abcd' alone"
+        )

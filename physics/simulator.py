@@ -15,11 +15,10 @@ from physics.engine.memory import layout as lay
 from physics.engine.memory.grouping import Grouping, lanes_for_robots
 from physics.engine.memory.settings import Engine
 from physics.scene import clock, material
-from physics.scene.bodies import Bodies, Body
+from physics.scene.bodies import Bodies
 from physics.scene.conditions import Conditions
 from physics.scene.damage import Damage
 from physics.scene.damage import of_worlds as damages_of_worlds
-from physics.scene.morphology import Morphology
 from physics.scene.sensors import Apparatus
 from physics.scene.terrain import Terrain
 from physics.worlds import selection
@@ -160,62 +159,6 @@ class Simulator(Handled):
         self.reset()
 
     @property
-    def morphologies(self) -> list[Morphology]:
-        """The shape of each world's robot, N of them."""
-        return [self.bodies.unlike[number].morphology for number in self.bodies.of_world]
-
-    @property
-    def morphology(self) -> Morphology:
-        """The shape of the robots.
-
-        Raises:
-            ValueError: worlds have different robots.
-        """
-        return self._only("morphology", "morphologies").morphology
-
-    @property
-    def apparatus(self) -> Apparatus:
-        """The sensors of the robots.
-
-        Raises:
-            ValueError: worlds have different robots.
-        """
-        return self._only("apparatus", "bodies").apparatus
-
-    @property
-    def sensor_names(self) -> tuple[str, ...]:
-        """Of the readings, R names such as "v3_0_lidar_1".
-
-        Raises:
-            ValueError: worlds have different robots.
-        """
-        return self.apparatus.names(self.morphology)
-
-    @property
-    def sensor_kinds(self) -> tuple[str, ...]:
-        """Of the readings, R kinds such as "lidar".
-
-        Raises:
-            ValueError: worlds have different robots.
-        """
-        return self.apparatus.kinds
-
-    def _only(self, name: str, instead: str) -> Body:
-        """The robot, if all worlds have the same."""
-        if not self.bodies.alike:
-            raise ValueError(
-                f"{name}: expected one robot in all worlds, got {len(self.bodies.unlike)} that "
-                f"differ; look at Simulator.{instead}"
-            )
-        return self.bodies.unlike[0]
-
-    @property
-    def terrains(self) -> list[Terrain] | None:
-        """The terrain of each world, or None without ground."""
-        terrains = self._batch.terrains
-        return None if terrains is None else list(terrains)
-
-    @property
     def at_start(self) -> bool:
         """Whether every world is as `reset` left it, so that another reset would change nothing."""
         return self._at_start
@@ -296,11 +239,6 @@ class Simulator(Handled):
         if fresh is not None and self._batch.terrains is None:
             raise ValueError("terrains: expected None in worlds without ground; drop it")
         return chosen, fresh
-
-    def _moved(self, chosen: np.ndarray) -> np.ndarray:
-        """Which of some worlds have moved since they were last reset, (k,) bool."""
-        counter = self._state.layout.header + np.array([lay.H_STEP, lay.H_STEP_HIGH])
-        return np.asarray((self._state.of_worlds(counter, chosen) > 0).any(axis=1))
 
     def step(self, actuation: Tensor) -> Tensor | None:
         """One control step under an actuation, then sensing.

@@ -12,41 +12,25 @@ import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from experiments.config.options import option
+from experiments.config.options import (
+    PLASTIC,
+    STATIC,
+    noise_option,
+    option,
+    plastic_option,
+    world_option,
+)
 from experiments.io.formats import require_format
 
 __all__ = ["EvolveConfig"]
 
 _FORMAT = 1  # of the options in JSON
-_PLASTIC, _STATIC = ("hebbian",), ("mlp", "rnn")  # controllers with and without plasticity
 _SENSORS = "area", "touch", "velocity", "lidar"
 _SPELLINGS: dict[str, dict[str, str | None]] = {
     "normalize": {"none": None, "None": None},
     "init": {"zero": "zeros"},
 }
 """How the command line, TOML files and earlier versions write some values."""
-
-
-def _plastic(default: Any, **others: Any) -> Any:
-    """An option of plastic networks alone."""
-    return option(default, "variant", group="plasticity", controllers=_PLASTIC, **others)
-
-
-def _world(default: Any, **others: Any) -> Any:
-    """An option of the physics."""
-    return option(default, "variant", group="world", **others)
-
-
-def _noise_of(kind: str) -> Any:
-    """An option of the noise of one kind of sensor."""
-    return option(
-        None,
-        "variant",
-        group="robot",
-        suffix=lambda value: f"noise-{kind}-{float(value)}",
-        label=f"noise {{}} of {kind}",
-        least=0.0,
-    )
 
 
 @dataclass(frozen=True)
@@ -76,16 +60,16 @@ class EvolveConfig:
             "postsynaptic": "post-synaptic",
             "neuron": "neuron-centric",
         },
-        controllers=_PLASTIC,
+        controllers=PLASTIC,
     )
     """Which synapses share a rule: full (none do), single (all do), presynaptic (those that enter
     a neuron), postsynaptic (those that leave it), grouped (those of one kind of sensor) or neuron
     (genes belong to neurons, and a synapse combines those of its two)."""
 
-    rule: str = _plastic("abcd")
+    rule: str = plastic_option("abcd")
     """Learning rule: abcd (the paper's), hebb, oja, bcm or differential."""
 
-    normalize: str | None = _plastic(
+    normalize: str | None = plastic_option(
         None,
         suffix=lambda value: "normalized" if value == "l2" else f"normalized-{value}",
         label={"l2": "normalized", "minmax": "min-max", "max": "over the greatest"},
@@ -94,36 +78,36 @@ class EvolveConfig:
     (the paper's text); minmax: mapped onto [-1, 1] (the paper's code); max: every layer's over the
     greatest of them."""
 
-    average: int = _plastic(1, suffix="average-{}", label="means over {} steps", least=1)
+    average: int = plastic_option(1, suffix="average-{}", label="means over {} steps", least=1)
     """The rule sees the means of the activations over so many control steps."""
 
-    every: int = _plastic(1, suffix="every-{}", label="updates every {} steps", least=1)
+    every: int = plastic_option(1, suffix="every-{}", label="updates every {} steps", least=1)
     """The weights change once in so many control steps."""
 
-    decay: float = _plastic(0.0, suffix="decay-{:g}", label="decay {:g}", least=0.0)
+    decay: float = plastic_option(0.0, suffix="decay-{:g}", label="decay {:g}", least=0.0)
     """Share of the weights that is lost in each update."""
 
-    clip: float = _plastic(0.0, suffix="clip-{:g}", label="clipped at {:g}", least=0.0)
+    clip: float = plastic_option(0.0, suffix="clip-{:g}", label="clipped at {:g}", least=0.0)
     """Bound on the magnitude of the weights; 0: none."""
 
-    eta: float | Literal["evolved"] = _plastic(
+    eta: float | Literal["evolved"] = plastic_option(
         0.01,
         suffix="eta-{}",
         label=lambda value: "η evolved" if value == "evolved" else f"η = {value}",
     )
     """Learning rate, or "evolved" for one gene per rule."""
 
-    init: str = _plastic("zeros", suffix="init-{}", label={"uniform": "U(-1, 1)"})
+    init: str = plastic_option("zeros", suffix="init-{}", label={"uniform": "U(-1, 1)"})
     """Initial weights: zeros; uniform U(-1, 1), normal N(0, 1) or kaiming N(0, 2 / inputs), drawn
     anew for every episode; or evolved, genes of their own."""
 
-    fixed: bool = _plastic(False, suffix="fixed", label="fixed and plastic")
+    fixed: bool = plastic_option(False, suffix="fixed", label="fixed and plastic")
     """Weights that are not plastic are added: fixed + alpha * plastic, fixed and alpha evolve."""
 
     damage: Literal["none", "half"] = option("none", "axis", group="robot", suffix="damage-{}")
     """"half": each voxel breaks with probability 0.5 at half of the episode."""
 
-    exchange_bc: bool = _plastic(False, suffix="bc-exchanged", label="B and C exchanged")
+    exchange_bc: bool = plastic_option(False, suffix="bc-exchanged", label="B and C exchanged")
     """B weighs the post- and C the pre-synaptic activation, as in the paper's code."""
 
     constant_last_input: bool = option(
@@ -132,7 +116,7 @@ class EvolveConfig:
         group="controller",
         suffix="constant-input",
         label="last input constant",
-        controllers=_PLASTIC,
+        controllers=PLASTIC,
     )
     """The last reading is replaced by 1, a bias of the hidden neurons, as in the paper's code."""
 
@@ -142,7 +126,7 @@ class EvolveConfig:
         group="controller",
         suffix="gain-{:g}",
         label="gain {:g}",
-        controllers=_STATIC,
+        controllers=STATIC,
     )
     """Of a static network: the factor on every gene where it becomes a weight."""
 
@@ -155,18 +139,18 @@ class EvolveConfig:
         group="controller",
         suffix="inputs-{}",
         label="{} on inputs",
-        controllers=_STATIC,
+        controllers=STATIC,
     )
     """Of a static network, applied to the readings; the paper's code has tanh."""
 
-    terms: str = _plastic(
+    terms: str = plastic_option(
         "ABCD",
         suffix=lambda value: f"without-{_left_out(value)}",
         label=lambda value: f"without {_left_out(value)}",
     )
     """Terms of the rules, such as "BCD" without A; those left out are zero and do not evolve."""
 
-    terrain: str = _world("hilly-3-30", suffix="terrain-{}", label="terrain {}")
+    terrain: str = world_option("hilly-3-30", suffix="terrain-{}", label="terrain {}")
     """Ground. Without a seed, every evaluation gets a terrain of its own; with one
     ("hilly-3-30-7"), all share it. Also flat, steppy-H-W, uphill-A, downhill-A."""
 
@@ -196,16 +180,16 @@ class EvolveConfig:
     )
     """Standard deviation of the sensor noise, in units of each sensor's range."""
 
-    noise_area: float | None = _noise_of("area")
+    noise_area: float | None = noise_option("area")
     """The same of area sensors alone; --noise if not given."""
 
-    noise_touch: float | None = _noise_of("touch")
+    noise_touch: float | None = noise_option("touch")
     """The same of touch sensors alone; --noise if not given."""
 
-    noise_velocity: float | None = _noise_of("velocity")
+    noise_velocity: float | None = noise_option("velocity")
     """The same of velocity sensors alone; --noise if not given."""
 
-    noise_lidar: float | None = _noise_of("lidar")
+    noise_lidar: float | None = noise_option("lidar")
     """The same of lidar sensors alone; --noise if not given."""
 
     control_interval: int = option(
@@ -238,16 +222,20 @@ class EvolveConfig:
     )
     """Cut-off frequency [Hz] of a low-pass between controller and actuation; none if not given."""
 
-    gravity: float = _world(9.8, suffix="gravity-{}", label="gravity {}", least=-math.inf)
+    gravity: float = world_option(9.8, suffix="gravity-{}", label="gravity {}", least=-math.inf)
     """Downward acceleration [m/s^2]."""
 
-    friction: float | None = _world(None, suffix="friction-{}", label="friction {}", least=0.0)
+    friction: float | None = world_option(
+        None, suffix="friction-{}", label="friction {}", least=0.0
+    )
     """Coefficient of friction with the ground; the engine's (1.414) if not given."""
 
-    spring_frequency: float = _world(8.0, suffix="springs-{}", label="springs of {} Hz", least=0.1)
+    spring_frequency: float = world_option(
+        8.0, suffix="springs-{}", label="springs of {} Hz", least=0.1
+    )
     """Frequency of the voxels' springs [Hz]."""
 
-    spring_damping: float = _world(0.3, suffix="damping-{}", label="damping {}", least=0.0)
+    spring_damping: float = world_option(0.3, suffix="damping-{}", label="damping {}", least=0.0)
     """Damping ratio of the voxels' springs."""
 
     damage_mode: Literal["rest", "frozen", "random", "blind"] = option(

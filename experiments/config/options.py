@@ -11,7 +11,18 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-__all__ = ["Group", "Option", "Role", "option", "options_of"]
+__all__ = [
+    "PLASTIC",
+    "STATIC",
+    "Group",
+    "Option",
+    "Role",
+    "noise_option",
+    "option",
+    "options_of",
+    "plastic_option",
+    "world_option",
+]
 
 Role = Literal["axis", "variant", "scale", "sample", "machine"]
 """What an option is about:
@@ -30,6 +41,7 @@ Words = str | Mapping[Any, str] | Callable[[Any], str]
 """What to call a value: words with {} in its place; the names of some values, others being called
 as they are written; or a function."""
 
+PLASTIC, STATIC = ("hebbian",), ("mlp", "rnn")  # controllers with and without plasticity
 _KEY = "option"
 
 
@@ -77,6 +89,28 @@ def option(
     """
     what = Option(role, group, _in_words(suffix), _in_words(label), controllers, least)
     return dataclasses.field(default=default, metadata={_KEY: what})
+
+
+def plastic_option(default: Any, **others: Any) -> Any:
+    """An option of plastic networks alone; arguments as those of `option`."""
+    return option(default, "variant", group="plasticity", controllers=PLASTIC, **others)
+
+
+def world_option(default: Any, **others: Any) -> Any:
+    """An option of the physics; arguments as those of `option`."""
+    return option(default, "variant", group="world", **others)
+
+
+def noise_option(kind: str) -> Any:
+    """An option of the noise of one kind of sensor, such as "lidar"."""
+    return option(
+        None,
+        "variant",
+        group="robot",
+        suffix=lambda value: f"noise-{kind}-{float(value)}",
+        label=f"noise {{}} of {kind}",
+        least=0.0,
+    )
 
 
 def _in_words(words: Words) -> Callable[[Any], str]:

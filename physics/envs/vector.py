@@ -177,10 +177,21 @@ class VoxelVectorEnv(VectorEnv):
             return None
         return tuple(picture(self.sim, world) for world in range(self.num_envs))
 
-    def spread_phases(self) -> None:
-        """Ages the present episodes evenly, as if world i of N had begun i / N of an episode ago,
-        so that from now on about as many end in every step."""
-        self._age[:] = np.arange(self.num_envs) * self.episode_steps // self.num_envs
+    def spread_phases(self, groups: int | None = None) -> None:
+        """Ages the present episodes evenly, so that from now on they end one after the other.
+
+        Args:
+            groups: of neighbouring worlds that end together, of which group i of G is as old as if
+                it had begun i / G of an episode ago; None: every world is one.
+
+        Raises:
+            ValueError: not an integer between 1 and N.
+        """
+        groups = checks.positive_integer("groups", self.num_envs if groups is None else groups)
+        if groups > self.num_envs:
+            raise ValueError(f"groups: expected at most {self.num_envs}, got {groups}")
+        numbers = np.arange(self.num_envs) * groups // self.num_envs
+        self._age[:] = numbers * self.episode_steps // groups
 
     def terrains(self) -> list[Terrain] | None:
         """The terrain of every world in its present episode."""

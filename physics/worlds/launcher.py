@@ -24,6 +24,7 @@ from physics.scene.bodies import Bodies, Body
 from physics.scene.conditions import Conditions
 from physics.scene.damage import Damage
 from physics.worlds.batch import Batch
+from physics.worlds.contents import Contents
 from physics.worlds.first_states import own_items
 from physics.worlds.observations import Observed
 
@@ -33,7 +34,7 @@ _STRETCH = 1.3  # of a robot's diagonal, at most
 _GAP = 4  # groups that are sensed again in vain rather than in two launches
 
 
-class Launcher(Observed):
+class Launcher(Contents, Observed):
     """N worlds in memory; what a kernel needs, and how it is launched.
 
     Attributes:

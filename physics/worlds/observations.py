@@ -156,6 +156,11 @@ class Observed:
         flags = self._state.worlds(self._state.items[:, first : first + 2]) > 0
         return flags[:, 0], flags[:, 1]
 
+    def _moved(self, chosen: np.ndarray) -> np.ndarray:
+        """Which of some worlds have moved since they were last reset, (k,) bool."""
+        counter = self._state.layout.header + np.array([lay.H_STEP, lay.H_STEP_HIGH])
+        return np.asarray((self._state.of_worlds(counter, chosen) > 0).any(axis=1))
+
     def alive(self) -> Tensor:
         """Whether the last step moved each world, (N,) bool: neither failed nor over."""
         return self._state.worlds(self._state.header(lay.H_ALIVE)) > 0

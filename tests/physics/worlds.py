@@ -84,7 +84,7 @@ def beside_oracle(
             body.x, body.y, body.angle = x, y, angle
             body.vx, body.vy, body.omega = vx, vy, omega
         oracle.detect()
-    worst, met = 0.0, {"ropes": 0, "contacts": 0, "corners": 0, "meetings": 0}
+    worst, met = 0.0, {"ropes": 0, "contacts": 0, "corners": 0, "self_contacts": 0}
     for actuation in actuations:
         sim.step(actuation)
         oracle.step(actuation[0].tolist())
@@ -102,4 +102,4 @@ def _count(oracle: OracleWorld, met: dict[str, int]) -> None:
     met["ropes"] += sum(getattr(joint, "active", False) for joint in oracle.joints)
     met["contacts"] += sum(len(contact) for contact in grounded)
     met["corners"] += len(bodies) - len(set(bodies))
-    met["meetings"] += len(oracle.contacts) - len(grounded)
+    met["self_contacts"] += len(oracle.contacts) - len(grounded)

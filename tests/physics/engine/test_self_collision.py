@@ -79,13 +79,13 @@ def test_a_gait_follows_the_oracle(shape, terrain, gravity, steps):
     actuations = gaits(steps, 1, voxels)
     worst, met = beside_oracle(shape, terrain, gravity, actuations, self_collision=True)
     assert worst < 1e-9
-    assert met["meetings"] > steps / 2
+    assert met["self_contacts"] > steps / 2
 
 
 def test_clapping_legs_follow_the_oracle():
     """Fast and out of shape: bounces, slips, one and two points, deep overlaps."""
     sim = Simulator(LEGS, None, gravity=0.0, dtype=DOUBLE)
-    meetings = 0
+    self_contacts = 0
     for seed in range(6):
         random = np.random.default_rng(seed)
         poses, velocities = (part[0].numpy().copy() for part in clap(sim, 14.0))
@@ -95,8 +95,8 @@ def test_clapping_legs_follow_the_oracle():
             LEGS, None, 0.0, gaits(30, 1, 5, seed), poses, velocities, self_collision=True
         )
         assert worst < 1e-9
-        meetings += met["meetings"]
-    assert meetings > 60
+        self_contacts += met["self_contacts"]
+    assert self_contacts > 60
 
 
 # --- what collisions are for --------------------------------------------------------------------
