@@ -29,7 +29,7 @@ _COLUMNS = ("run", "terrain", "window", "end", "speed")
 
 
 def write(folder: Path, seed: int = 0) -> Path:
-    """Run the champions of a run for a long time.
+    """Assess the champions of a run over a long time.
 
     The file endurance.csv has columns run, terrain, window (from 0), end of the window [s] and
     speed within it [m/s].

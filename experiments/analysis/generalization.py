@@ -76,7 +76,7 @@ SETTINGS = (
 
 
 def write(folder: Path, seed: int = 0) -> Path:
-    """Let the champions of a run live in all settings.
+    """Assess the champions of a run in all settings.
 
     The file generalization.csv has columns setting, run, terrain and speed [m/s].
 

@@ -72,7 +72,8 @@ class Tracker:
             if generation == 1 or (file is self.overview and is_new):
                 file.text("config", _table(one))
                 file.options(_compared(one), (*_METRICS, *validated))
-            file.text("provenance", provenance(), generation - 1)
+            if generation <= config.generations:  # a finished run is not computed any further
+                file.text("provenance", provenance(), generation - 1)
         if self.overview is not None and (generation == 1 or is_new):
             bands = {
                 tag: (tag, f"quartiles/{tag}/q25", f"quartiles/{tag}/q75")

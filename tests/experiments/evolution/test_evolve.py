@@ -29,6 +29,19 @@ def logged(folder: Path, tag: str = "fitness/best") -> list[tuple[int, float]]:
     return [(e.step, e.value) for e in EventAccumulator(str(folder)).Reload().Scalars(tag)]
 
 
+def amounts(folder: Path) -> dict[str, int]:
+    """Tag -> how many values of it TensorBoard shows, of every kind."""
+    events = EventAccumulator(str(folder), dict.fromkeys(("images", "tensors"), 0)).Reload()
+    tags = events.Tags()
+    kinds = {
+        "scalars": events.Scalars,
+        "images": events.Images,
+        "histograms": events.Histograms,
+        "tensors": events.Tensors,
+    }
+    return {tag: len(read(tag)) for kind, read in kinds.items() for tag in tags[kind]}
+
+
 def assert_same_outcome(folder: Path, expected: Path) -> None:
     assert history(folder) == history(expected)
     ours, theirs = Champions.load(folder), Champions.load(expected)
@@ -146,11 +159,13 @@ def test_nothing_is_written_into_a_folder_that_is_no_longer_its_own(
 def test_resuming_a_finished_run_changes_nothing_that_counts(
     finished: Path, tmp_path: Path
 ) -> None:
-    before, events = history(finished), logged(finished)
+    before, events, shown = history(finished), logged(finished), amounts(finished)
     (finished / "champion.safetensors").unlink()  # as if killed in the last moment
     resume(finished)
     assert history(finished) == before
     assert logged(finished) == events
+    assert amounts(finished) == shown
+    assert shown["provenance/text_summary"] == 1
     assert Champions.load(finished).fitness.tolist() == [float(before[-1][2])]
 
 
