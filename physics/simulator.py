@@ -22,7 +22,8 @@ from physics.scene.damage import of_worlds as damages_of_worlds
 from physics.scene.sensors import Apparatus
 from physics.scene.terrain import Terrain
 from physics.worlds import selection
-from physics.worlds.batch import Batch, varied
+from physics.worlds.batch import Batch
+from physics.worlds.first_states import varied
 from physics.worlds.handling import Handled
 from physics.worlds.launcher import extent
 from physics.worlds.seeds import world_seeds
@@ -190,26 +191,54 @@ class Simulator(Handled):
             ValueError: an argument is for other worlds, or there is no ground to replace; nothing
                 has changed then.
         """
-        chosen = selection.chosen_worlds("worlds", worlds, self.n_worlds)
+        chosen, fresh_terrains = self._chosen(worlds, terrains)
         if seeds is not None and not checks.is_sequence(seeds) and len(chosen) < self.n_worlds:
             raise ValueError(
                 f"seeds: expected one for each of the {len(chosen)} worlds, got {seeds!r}"
             )
         fresh = None if seeds is None else world_seeds(seeds, len(chosen))
-        fresh_terrains = selection.terrain_list(terrains, len(chosen))
-        if fresh_terrains is not None and self._batch.terrains is None:
-            raise ValueError("terrains: expected None in worlds without ground; drop it")
         if len(chosen) == 0:
             return self._given(self._last_readings())
         if fresh is not None:
             self._batch.set_seeds(chosen, fresh)
         else:
-            self._batch.count_episodes(chosen, (self._state.steps() > 0).cpu().numpy()[chosen])
+            self._batch.count_episodes(chosen, self._moved(chosen))
         if fresh_terrains is not None and self._batch.set_terrains(chosen, fresh_terrains):
             self._widen()
         self._begin(chosen)
-        self._at_start = self._at_start or len(chosen) == self.n_worlds
+        if len(chosen) == self.n_worlds:
+            self._at_start, self._steps, self._steps_exact = True, 0, True
+        else:
+            self._steps_exact = False
         return self._look(chosen)
+
+    def prepare(
+        self,
+        worlds: Tensor | np.ndarray | None = None,
+        terrains: Terrain | Sequence[Terrain] | None = None,
+    ) -> None:
+        """Works out ahead how worlds will begin their next episodes, which is cheaper for many of
+        them together than for each when it is reset. It changes no world and no result: a reset of
+        one of them to the same terrain and without seeds takes a fraction of the time.
+
+        Args:
+            worlds: which ones, as for `reset`.
+            terrains: on which terrains that will be, as for `reset`.
+
+        Raises:
+            ValueError: as `reset`.
+        """
+        chosen, fresh = self._chosen(worlds, terrains)
+        if len(chosen):
+            self._batch.prepare(self._model.layout, chosen, fresh)
+
+    def _chosen(self, worlds: Any, terrains: Any) -> tuple[np.ndarray, list[Terrain] | None]:
+        """The numbers of worlds to be reset, and their new terrains."""
+        chosen = selection.chosen_worlds("worlds", worlds, self.n_worlds)
+        fresh = selection.terrain_list(terrains, len(chosen))
+        if fresh is not None and self._batch.terrains is None:
+            raise ValueError("terrains: expected None in worlds without ground; drop it")
+        return chosen, fresh
 
     def step(self, actuation: Tensor) -> Tensor | None:
         """One control step under an actuation, then sensing.

@@ -17,6 +17,7 @@ from experiments.bench import (
     overhead,
     plasticity,
     rates,
+    resets,
     scaling,
     startup,
 )
@@ -48,6 +49,7 @@ def bench(
     against: Path | None = None,
     environments: int = 0,
     evogym: str | None = None,
+    only_resets: bool = False,
 ) -> None:
     """Measures how fast everything runs and prints a table.
 
@@ -63,6 +65,7 @@ def bench(
         environments: The largest number of environments of the throughput curve; only that is
             measured then.
         evogym: An interpreter that has EvoGym, for that curve; by default this one.
+        only_resets: whether to measure what resets cost beside steps; only that is measured then.
 
     Raises:
         ValueError: an option is wrong; nothing was measured then.
@@ -87,7 +90,7 @@ def bench(
     if against is not None:
         _compare(console, machine, against, setting, json, out)
         return
-    rows = _measure(console, setting)
+    rows = _measure(console, setting, only_resets)
     parts: list[Stage] = []
     if profile:
         parts = [*step_stages(setting), *overhead.generation_stages(setting)]
@@ -148,14 +151,21 @@ def measurements() -> dict[str, Benchmark]:
     }
 
 
+def of_resets() -> dict[str, Benchmark]:
+    """What is measured of resets, in this order."""
+    return {"environments": resets.environments, "single worlds": resets.single_worlds}
+
+
 def processes() -> dict[str, Benchmark]:
     """What is measured in processes of its own, in this order."""
     return {"evolve": evolution.evolve, "starts": startup.starts, "GPU": gpu}
 
 
-def _measure(console: Console, setting: Setting) -> list[Measurement]:
+def _measure(console: Console, setting: Setting, only_resets: bool) -> list[Measurement]:
     """All rows; tells how far it is."""
     rounds = [*measurements().items()] * setting.passes + [*processes().items()]
+    if only_resets:
+        rounds = [*of_resets().items()] * setting.passes
     rows: dict[str, Measurement] = {}
     for number, (name, measure) in enumerate(rounds, start=1):
         started, other_processes = time.perf_counter(), OtherProcesses()

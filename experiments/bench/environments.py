@@ -181,12 +181,15 @@ def draw(rates: Sequence[Rate], other: Rate | str, out: Path) -> list[Path]:
         axes.fill_between(x, [r.least for r in rates], [r.greatest for r in rates], alpha=0.2, lw=0)
         axes.plot(x, [rate.median for rate in rates], marker="o", markersize=3, label="hebbtorch")
         if isinstance(other, Rate):
-            axes.axhline(other.median, color="#D55E00", linestyle="--", label="EvoGym, Walker-v0")
+            axes.axhline(
+                other.median, color="#D55E00", linestyle="--", label="EvoGym, one Walker-v0"
+            )
         axes.set(xscale="log", yscale="log", xlabel="environments", ylabel="steps / s, one core")
         axes.legend()
         page.note(
             "Vector environment with worm-7x1, medium sensors, a new terrain in every episode, "
-            "phases spread over the episode; process CPU time; median and range of five rounds."
+            "phases spread over the episode; EvoGym by its own steps; process CPU time; median "
+            "and range of five rounds."
         )
     return page.files
 

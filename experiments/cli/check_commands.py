@@ -46,6 +46,7 @@ def bench(
     against: Path | None = None,
     environments: int = 0,
     evogym: str | None = None,
+    resets: bool = False,
 ) -> None:
     """Measure how fast everything runs here, and compare it with recorded baselines.
 
@@ -65,13 +66,14 @@ def bench(
         against: Another checkout of this project: measure both in turns, and only that.
         environments: Measure vector environments, 1, 4, 16, ... up to so many, and only that.
         evogym: A Python that has EvoGym, which is measured beside them; by default this one.
+        resets: Measure what resets of worlds cost beside their steps, and only that.
     """
     from experiments.bench import bench as run_bench
 
     one_thread()
     run_bench(
         json, out, quick=quick, profile=profile, seed=seed, threads=threads, against=against,
-        environments=environments, evogym=evogym,
+        environments=environments, evogym=evogym, only_resets=resets,
     )  # fmt: skip
 
 

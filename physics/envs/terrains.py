@@ -33,10 +33,12 @@ class Terrains:
         """
         self._fixed: Terrain | None = None
         self._make: Callable[[int], Terrain] | None = None
+        self._name: str | None = None
+        self._ready: dict[tuple[int, int], Terrain] = {}  # by seed and episode
         if callable(ground):
             self._make = ground
         elif isinstance(ground, str) and _is_open(ground):
-            self._make = lambda seed: Terrain.from_name(f"{ground}-{seed}")
+            self._name = ground
         elif isinstance(ground, str):
             self._fixed = Terrain.from_name(ground)
         elif ground is None or isinstance(ground, Terrain):
@@ -50,7 +52,25 @@ class Terrains:
     @property
     def varied(self) -> bool:
         """Whether every episode has a terrain of its own."""
-        return self._make is not None
+        return self._make is not None or self._name is not None
+
+    @property
+    def foreseen(self) -> bool:
+        """Whether terrains can be made before they are needed: not by a function of others."""
+        return self._make is None
+
+    def prepare(self, seeds: np.ndarray, episodes: np.ndarray) -> list[Terrain] | None:
+        """`of_episodes`, ahead of need: together that is cheaper. None unless a name is open."""
+        if self._name is None:
+            return None
+        if len(self._ready) > 4 * len(seeds) + 64:  # of episodes that were never begun
+            self._ready.clear()
+        keys = list(zip(seeds.tolist(), episodes.tolist(), strict=True))
+        new = [key for key in dict.fromkeys(keys) if key not in self._ready]
+        if new:
+            draws = _draws(*np.array(new, dtype=np.uint64).T)
+            self._ready.update(zip(new, Terrain.from_open_name(self._name, draws), strict=True))
+        return [self._ready[key] for key in keys]
 
     def of_episodes(self, seeds: np.ndarray, episodes: np.ndarray) -> Sequence[Terrain] | None:
         """The terrains of some worlds.
@@ -62,10 +82,19 @@ class Terrains:
         Returns:
             k terrains, or None if there is no ground.
         """
-        if self._make is None:
+        if not self.varied:
             return None if self._fixed is None else [self._fixed] * len(seeds)
-        draws = mixed(seeds + np.uint64(_STREAM), episodes) >> 1
-        return [self._make(int(draw)) for draw in draws]
+        if self._make is not None:
+            return [self._make(draw) for draw in _draws(seeds, episodes)]
+        terrains = self.prepare(seeds, episodes)
+        for key in zip(seeds.tolist(), episodes.tolist(), strict=True):
+            self._ready.pop(key, None)
+        return terrains
+
+
+def _draws(seeds: np.ndarray, episodes: np.ndarray) -> list[int]:
+    """The seeds of the terrains of some worlds' episodes."""
+    return (mixed(seeds + np.uint64(_STREAM), episodes) >> 1).tolist()
 
 
 def _is_open(name: str) -> bool:

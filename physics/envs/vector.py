@@ -24,6 +24,7 @@ from physics.worlds.selection import chosen_worlds
 
 __all__ = ["VoxelVectorEnv"]
 
+_AHEAD = 32  # episodes that are worked out together
 _MODES = {"same_step": AutoresetMode.SAME_STEP, "disabled": AutoresetMode.DISABLED}
 
 
@@ -101,7 +102,8 @@ class VoxelVectorEnv(VectorEnv):
         self.device = self.sim.device
         self._seconds = DT * self.sim.control_interval
         self.episode_steps = self.sim.control_steps(checks.finite("episode", episode, DT))
-        self._age = torch.zeros(num_envs, dtype=torch.int32, device=self.device)
+        self._age = np.zeros(num_envs, dtype=np.int64)  # control steps in the present episode
+        self._prepared = np.zeros(num_envs, dtype=bool)  # whether the next episode is worked out
         self._before: Tensor | None = None
         self.metadata = {
             "render_modes": ["rgb_array"],
@@ -155,15 +157,16 @@ class VoxelVectorEnv(VectorEnv):
         reward = finite_reward(self.task.reward(self._before, after, self._seconds))
         self._before = after
         self._age += 1
-        failed = self.sim.failed()
-        terminated = failed | self.sim.left_ground()
-        truncated = (self._age >= self.episode_steps) & ~terminated
+        failed, left = self.sim.ended()
+        terminated = failed | left
+        late = torch.from_numpy(self._age >= self.episode_steps).to(self.device)
+        truncated = late & ~terminated
         observations = self._cleaned(readings, failed)
         infos = self._infos()
         over = terminated | truncated
         if self._autoreset and bool(over.any()):
             last = self._final(observations, infos, over)
-            observations = self._begin(np.flatnonzero(over.cpu().numpy()))
+            observations = self._begin(np.flatnonzero(over.cpu().numpy()), failed=failed & ~over)
             infos = {**last, **self._infos()}
         outputs = (observations, reward, terminated, truncated)
         return (*(self._given(each) for each in outputs), infos)
@@ -174,11 +177,21 @@ class VoxelVectorEnv(VectorEnv):
             return None
         return tuple(picture(self.sim, world) for world in range(self.num_envs))
 
-    def spread_phases(self) -> None:
-        """Ages the present episodes evenly, as if world i of N had begun i / N of an episode ago,
-        so that from now on about as many end in every step."""
-        worlds = torch.arange(self.num_envs, device=self._age.device)
-        self._age.copy_(worlds * self.episode_steps // self.num_envs)
+    def spread_phases(self, groups: int | None = None) -> None:
+        """Ages the present episodes evenly, so that from now on they end one after the other.
+
+        Args:
+            groups: of neighbouring worlds that end together, of which group i of G is as old as if
+                it had begun i / G of an episode ago; None: every world is one.
+
+        Raises:
+            ValueError: not an integer between 1 and N.
+        """
+        groups = checks.positive_integer("groups", self.num_envs if groups is None else groups)
+        if groups > self.num_envs:
+            raise ValueError(f"groups: expected at most {self.num_envs}, got {groups}")
+        numbers = np.arange(self.num_envs) * groups // self.num_envs
+        self._age[:] = numbers * self.episode_steps // groups
 
     def terrains(self) -> list[Terrain] | None:
         """The terrain of every world in its present episode."""
@@ -203,12 +216,15 @@ class VoxelVectorEnv(VectorEnv):
         self._seeds[chosen[given]] = [each for each in own if each is not None]
         return given
 
-    def _begin(self, chosen: np.ndarray, seeded: np.ndarray | None = None) -> Tensor:
+    def _begin(
+        self, chosen: np.ndarray, seeded: np.ndarray | None = None, failed: Tensor | None = None
+    ) -> Tensor:
         """Begins episodes in some worlds; returns the observations of all.
 
         Args:
             chosen: numbers of k worlds.
             seeded: which of them have a new seed, (k,) bool; None: no one.
+            failed: which of all worlds have failed then, (N,) bool; None: it is looked up.
         """
         if seeded is None or not seeded.any():
             parts = [(chosen, False)]
@@ -219,24 +235,42 @@ class VoxelVectorEnv(VectorEnv):
             if len(worlds):
                 readings = self._restart(worlds, is_new)
         self._before = self.task.look(self.sim)
-        return self._cleaned(readings, self.sim.failed())
+        return self._cleaned(readings, self.sim.failed() if failed is None else failed)
 
     def _restart(self, chosen: np.ndarray, is_new: bool) -> Tensor | None:
         """Resets some worlds of the simulator, with their seeds if these are new."""
-        mask = np.zeros(self.num_envs, dtype=bool)
-        mask[chosen] = True
-        where = torch.from_numpy(chosen)
         seeds = None
         if is_new:
             seeds = [int(seed) for seed in self._seeds[chosen]]
             self._episodes[chosen] = 0
         else:
-            self._episodes[chosen] += (self._age[where] > 0).cpu().numpy()
-        self._age[where] = 0
+            if self._terrains.foreseen and not self._prepared[chosen].all():
+                self._prepare(chosen)
+            self._episodes[chosen] += self._age[chosen] > 0
+        self._age[chosen] = 0
+        self._prepared[chosen] = False
         terrains = None
         if self._terrains.varied:
             terrains = self._terrains.of_episodes(self._seeds[chosen], self._episodes[chosen])
-        return self.sim.reset(mask, seeds=seeds, terrains=terrains)
+        return self.sim.reset(self._mask(chosen), seeds=seeds, terrains=terrains)
+
+    def _prepare(self, chosen: np.ndarray) -> None:
+        """Works out the next episodes of some worlds, and of the oldest ones, which are about to
+        need them: it is cheaper together."""
+        oldest = np.argsort(-self._age, kind="stable")[: max(0, _AHEAD - len(chosen))]
+        worlds = np.union1d(chosen, oldest)
+        worlds = worlds[~self._prepared[worlds]]
+        terrains = self._terrains.prepare(
+            self._seeds[worlds], self._episodes[worlds] + np.uint64(1)
+        )
+        self.sim.prepare(self._mask(worlds), terrains if self._terrains.varied else None)
+        self._prepared[worlds] = True
+
+    def _mask(self, chosen: np.ndarray) -> np.ndarray:
+        """Some worlds as a mask, (N,) bool."""
+        mask = np.zeros(self.num_envs, dtype=bool)
+        mask[chosen] = True
+        return mask
 
     # --- what is returned -----------------------------------------------------------------------
 

@@ -113,21 +113,21 @@ class Bodies:
         counts = np.array([body.n_voxels for body in self.unlike])
         return np.arange(self.n_voxels) < counts[self.of_world][:, None]
 
-    def among(self, chosen: np.ndarray) -> Iterator[tuple[Body, Rows]]:
+    def among(self, chosen: np.ndarray) -> Iterator[tuple[int, Rows]]:
         """The robots of some worlds.
 
         Args:
             chosen: numbers of k worlds.
 
         Yields:
-            Each robot that is among them, and which of the k have it.
+            The number of each of the unlike robots that is among them, and which of the k have it.
         """
         if self.alike:
-            yield self.unlike[0], slice(None)
+            yield 0, slice(None)
             return
         own = self.of_world[chosen]
         for number in np.unique(own):
-            yield self.unlike[number], np.flatnonzero(own == number)
+            yield int(number), np.flatnonzero(own == number)
 
 
 def several_shapes(shape: Any) -> Sequence[Any] | None:

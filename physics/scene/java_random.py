@@ -5,6 +5,7 @@ A linear congruential generator; normal numbers by the polar method.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -25,29 +26,33 @@ def _jumps(n: int) -> tuple[np.ndarray, np.ndarray]:
     return multipliers, sums * np.uint64(_INCREMENT)
 
 
-def java_gaussian_pairs(seed: int, attempts: int) -> tuple[np.ndarray, np.ndarray]:
+def java_gaussian_pairs(
+    seeds: Sequence[int], attempts: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Successive pairs of ``java.util.Random(seed).nextGaussian()``.
 
     Args:
-        seed: the generator's seed, an integer >= 0; its low 48 bits count.
+        seeds: S seeds of generators, integers >= 0, of which the low 48 bits count.
         attempts: trials of the polar method, of which pi/4 on average give a pair.
 
     Returns:
-        The first and the second of each pair, two arrays of equal length <= attempts.
+        The first and the second of each pair, (S, attempts), and how many pairs of each seed there
+        are, (S,); what lies behind them has no meaning.
     """
     multipliers, increments = _jumps(4 * attempts)
-    state = np.uint64((seed ^ _MULTIPLIER) & _MASK)
-    states = (multipliers * state + increments) & np.uint64(_MASK)
+    first = np.array([(seed ^ _MULTIPLIER) & _MASK for seed in seeds], dtype=np.uint64)
+    states = (multipliers * first[:, None] + increments) & np.uint64(_MASK)
     # nextDouble: 26 bits of one state and 27 of the next.
-    high, low = states[0::2] >> np.uint64(22), states[1::2] >> np.uint64(21)
+    high, low = states[:, 0::2] >> np.uint64(22), states[:, 1::2] >> np.uint64(21)
     doubles = ((high << np.uint64(27)) + low).astype(np.float64) * 2.0**-53
-    v = 2.0 * doubles - 1.0
-    v1, v2 = v[0::2], v[1::2]
-    square = v1 * v1 + v2 * v2
-    accepted = (square < 1.0) & (square != 0.0)
-    v1, v2, square = v1[accepted], v2[accepted], square[accepted]
-    scale = np.sqrt(-2.0 * np.log(square) / square)
-    return v1 * scale, v2 * scale
+    pairs = (2.0 * doubles - 1.0).reshape(len(seeds), attempts, 2)
+    square = (pairs * pairs).sum(2)
+    rejected = (square >= 1.0) | (square == 0.0)
+    square[rejected] = 1.0
+    pairs *= np.sqrt(-2.0 * np.log(square) / square)[:, :, None]
+    order = rejected.argsort(1, kind="stable")[:, :, None]
+    pairs = np.take_along_axis(pairs, order, 1)
+    return pairs[:, :, 0], pairs[:, :, 1], attempts - rejected.sum(1)
 
 
 class JavaRandom:

@@ -2,44 +2,26 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from functools import lru_cache
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from physics.engine.memory import layout as lay
-from physics.engine.memory import state as st
 from physics.engine.memory.layout import Layout
-from physics.scene import clock
-from physics.scene.bodies import Bodies, Body
+from physics.scene.bodies import Bodies
 from physics.scene.conditions import Conditions
 from physics.scene.damage import Damage
 from physics.scene.terrain import Terrain
-from physics.worlds.profiles import pack_terrains, padded, segments_within
+from physics.worlds.first_states import FirstStates
+from physics.worlds.prepared import Prepared
+from physics.worlds.profiles import pack_terrains, padded
 from physics.worlds.seeds import mixed
+from physics.worlds.starts import Starts
 
-__all__ = ["Batch", "varied"]
+__all__ = ["Batch"]
 
-_POSE_ITEMS = lay.SIN + 1  # of a body: x, y, angle, cosine, sine
-_FAR = 1e30  # where a world without ground ends [m]
 _SPARE = 1.25  # room that grows does so by this much more
-
-_SQUARES = 4 * lay.BODY_ITEMS
-_SHARED = lay.BREAKS - _SQUARES  # items of a voxel, behind its squares, that begin alike everywhere
-_OWN_VOXEL_ITEMS = lay.VOXEL_ITEMS - _SHARED
-
-
-@lru_cache(maxsize=8)
-def own_items(layout: Layout) -> Tensor:
-    """Numbers of the items in which a world may begin otherwise than another, (I,): the squares,
-    breaks and springs of each voxel, and the header."""
-    own = np.r_[0:_SQUARES, lay.BREAKS : lay.VOXEL_ITEMS]
-    voxels = np.arange(0, layout.header, lay.VOXEL_ITEMS)[:, None] + own
-    header = np.arange(layout.header, layout.header + lay.HEADER_ITEMS)
-    return torch.from_numpy(np.concatenate([voxels.ravel(), header]))
 
 
 class Batch:
@@ -49,7 +31,7 @@ class Batch:
         terrains: one per world, or None without ground.
         profiles: their points, (places, K, 2), as kernels take them.
         segments: How many terrain segments the window of a group must hold; 0 without ground.
-        extent: width of that window [m].
+        first: how worlds begin.
         seeds: The seeds of noise and damage, (N,) int64 in [0, 2^32).
         episodes: that each world has ended since it got its seed, (N,) int64.
     """
@@ -87,25 +69,39 @@ class Batch:
         self.terrains = terrains
         self.seeds = seeds
         self.episodes = np.zeros(len(seeds), dtype=np.int64)
-        self._bodies = bodies
         self._places = places
-        self.extent = extent
-        self._lifetimes = lifetimes
-        self._damages = damages
-        self._conditions = conditions if varied(conditions, bodies) else None
-        self._like = like
-        self._poses: dict[tuple[Body, Terrain | None], Tensor] = {}
-        self._first: tuple[Layout, Tensor] | None = None
+        self._prepared: dict[int, Prepared] = {}  # by worlds
+        starts = Starts(bodies, extent, len(seeds), terrains is not None)
+        self.first = FirstStates(bodies, starts, lifetimes, damages, conditions, like)
         self.segments, profiles = pack_terrains(terrains, extent, places, n_places)
         self.profiles = torch.from_numpy(profiles).to(like)
-        self._masks = {
-            each: each.broken_mask(len(seeds), bodies.n_voxels)
-            for each in dict.fromkeys(damages or ())
-            if each is not None and each.mask is not None
-        }
-        if self._masks and not bodies.alike:
-            raise ValueError(
-                "damage: expected no mask where worlds have different robots; give a probability"
+
+    def prepare(
+        self, layout: Layout, chosen: np.ndarray, terrains: Sequence[Terrain] | None
+    ) -> None:
+        """Works out ahead how some worlds will begin the episodes after the present ones.
+
+        Args:
+            layout: where things lie in the state.
+            chosen: numbers of k worlds.
+            terrains: k terrains on which that will be; None: those of now.
+        """
+        grounds = self._terrains_of(chosen) if terrains is None else terrains
+        profiles: list[np.ndarray | None] = [None] * len(chosen)
+        if grounds is not None:
+            profiles = [self._profile(terrain) for terrain in grounds]
+            self.first.starts.segments(grounds)
+        episodes = self.episodes[chosen] + 1
+        drawn = self._episode_seeds(chosen, episodes)
+        states = self.first.of_worlds(layout, chosen, drawn, grounds)
+        for row, world in enumerate(chosen.tolist()):
+            self._prepared[world] = Prepared(
+                layout,
+                int(self.seeds[world]),
+                int(episodes[row]),
+                None if grounds is None else grounds[row],
+                states[row],
+                profiles[row],
             )
 
     # --- changes between episodes ---------------------------------------------------------------
@@ -140,13 +136,14 @@ class Batch:
             self.terrains[world] = terrain
         fresh = list(dict.fromkeys(terrains))
         points = max(len(terrain.xs) for terrain in fresh)
-        if points > self.profiles.shape[1]:
+        room = self.profiles.shape[1]
+        if points > room:
             self._repack(int(_SPARE * points))
         else:
-            rows = {t: padded(t, self.profiles.shape[1]) for t in fresh}
-            table = torch.from_numpy(np.stack([rows[terrain] for terrain in terrains]))
-            self.profiles[torch.from_numpy(self._places[chosen])] = table.to(self.profiles)
-        needed = max(segments_within(t.xs, self.extent) for t in fresh)
+            rows = self._prepared_profiles(chosen)
+            rows.update((each, padded(each, room)) for each in fresh if each not in rows)
+            self._put_profiles(chosen, np.stack([rows[terrain] for terrain in terrains]))
+        needed = self.first.starts.segments(fresh)
         grows = needed > self.segments
         self.segments = max(self.segments, needed)
         return grows
@@ -154,11 +151,18 @@ class Batch:
     def _repack(self, points: int) -> None:
         """Makes room for terrains of so many points."""
         assert self.terrains is not None
-        profiles = self.profiles.new_zeros(len(self.profiles), points, 2)
+        self.profiles = self.profiles.new_zeros(len(self.profiles), points, 2)
         rows = {terrain: padded(terrain, points) for terrain in set(self.terrains)}
-        table = torch.from_numpy(np.stack([rows[terrain] for terrain in self.terrains]))
-        profiles[torch.from_numpy(self._places)] = table.to(profiles)
-        self.profiles = profiles
+        table = np.stack([rows[terrain] for terrain in self.terrains])
+        self._put_profiles(np.arange(len(table)), table)
+
+    def _put_profiles(self, chosen: np.ndarray, table: np.ndarray) -> None:
+        """Writes the profiles of k worlds, (k, K, 2)."""
+        places = self._places[chosen]
+        if self.profiles.device.type == "cpu":  # numpy takes half the time for a single world
+            self.profiles.numpy()[places] = table
+        else:
+            self.profiles[torch.from_numpy(places)] = torch.from_numpy(table).to(self.profiles)
 
     # --- the first instant ----------------------------------------------------------------------
 
@@ -172,123 +176,52 @@ class Batch:
         Returns:
             The `own_items` of each, (k, I).
         """
-        states = self.blank(layout)[own_items(layout)].repeat(len(chosen), 1)
-        voxels = states[:, : -lay.HEADER_ITEMS].unflatten(1, (-1, _OWN_VOXEL_ITEMS))
-        header = states[:, -lay.HEADER_ITEMS :]
-        seeds = self._episode_seeds(chosen)
-        life_high, life = np.divmod(self._lifetimes[chosen], lay.STEPS_PER_HIGH)
-        numbers = np.stack([life, seeds & 0xFFFF, seeds >> 16, *self._ground_ends(chosen)], 1)
-        header[:, lay.H_LIFE : lay.H_GROUND_END + 1] = torch.from_numpy(numbers).to(states)
-        header[:, lay.H_LIFE_HIGH] = torch.from_numpy(life_high).to(states)
-        if self._conditions is not None:
-            pulls = np.stack(
-                [self._conditions.gravity[chosen], self._conditions.friction[chosen]], 1
-            )
-            header[:, lay.H_GRAVITY : lay.H_FRICTION + 1] = torch.from_numpy(pulls).to(states)
-        if self._damages is not None:
-            high = np.array([_span(self._damages[world])[0] for world in chosen])
-            header[:, lay.H_BREAKS_HIGH : lay.H_MENDS_HIGH + 1] = torch.from_numpy(high).to(states)
-        for body, rows in self._bodies.among(chosen):
-            robots = voxels[rows]
-            self._write_robots(body, chosen[rows], seeds[rows], robots[:, : body.n_voxels])
-            if not self._bodies.alike:
-                robots[:, body.n_voxels :, :_SQUARES] = torch.nan  # there is no voxel
-                voxels[rows] = robots
-        return states
+        terrains = self._terrains_of(chosen)
+        states = self._prepared_states(layout, chosen, terrains)
+        if states is None:
+            drawn = self._episode_seeds(chosen, self.episodes[chosen])
+            states = self.first.of_worlds(layout, chosen, drawn, terrains)
+        return torch.from_numpy(states).to(self.profiles.device)
 
-    def _write_robots(
-        self, body: Body, chosen: np.ndarray, seeds: np.ndarray, voxels: Tensor
-    ) -> None:
-        """Writes the robots of some worlds, which are alike, into their voxels.
-
-        Args:
-            body: the robot.
-            chosen: numbers of k worlds.
-            seeds: of noise and damage in their next episode, (k,).
-            voxels: their own items, (k, V, _OWN_VOXEL_ITEMS).
-        """
-        squares = voxels[:, :, :_SQUARES].unflatten(2, (4, lay.BODY_ITEMS))
-        squares[..., :_POSE_ITEMS] = self._first_poses(body, chosen).to(voxels)
-        if self._conditions is not None:
-            springs = torch.from_numpy(self._conditions.springs(chosen, body.morphology))
-            voxels[:, :, lay.FIRMNESS - _SHARED : lay.ACTUATED + 1 - _SHARED] = springs.to(voxels)
-        if self._damages is not None:
-            own = [self._damages[world] for world in chosen]
-            times = self._damage_times(own, chosen, seeds, body.n_voxels)
-            voxels[:, :, lay.BREAKS - _SHARED : lay.MENDS + 1 - _SHARED] = times.to(voxels)
-
-    def _ground_ends(self, chosen: np.ndarray) -> np.ndarray:
-        """Where the terrains of k worlds start and end [m], (2, k)."""
+    def _terrains_of(self, chosen: np.ndarray) -> list[Terrain] | None:
+        """The present terrains of some worlds; None without ground."""
         if self.terrains is None:
-            return np.array([[-_FAR], [_FAR]]).repeat(len(chosen), 1)
-        return np.array([self.terrains[world].xs[[0, -1]] for world in chosen]).reshape(-1, 2).T
+            return None
+        return [self.terrains[world] for world in chosen.tolist()]
 
-    def blank(self, layout: Layout) -> Tensor:
-        """The state of a place without a world, (layout.items,): one at rest that is over and has
-        no robot."""
-        if self._first is None or self._first[0] != layout:
-            self._first = layout, st.blank(layout, self._like)
-        return self._first[1]
+    def _profile(self, terrain: Terrain) -> np.ndarray | None:
+        """Its points as they are written into the table, if there is room for them."""
+        room = self.profiles.shape[1]
+        return padded(terrain, room) if len(terrain.xs) <= room else None
 
-    def _first_poses(self, body: Body, chosen: np.ndarray) -> Tensor:
-        """Where such robots of k worlds stand: x, y, angle, cosine, sine, (k or 1, V, 4, 5)."""
-        terrains = [None] if self.terrains is None else [self.terrains[i] for i in chosen]
-        numbers = {terrain: k for k, terrain in enumerate(dict.fromkeys(terrains))}
-        table = self._poses_on(body, list(numbers))
-        if len(numbers) == 1:
-            return table
-        return table[torch.from_numpy(np.array([numbers[terrain] for terrain in terrains]))]
+    def _prepared_profiles(self, chosen: np.ndarray) -> dict[Terrain, np.ndarray]:
+        """The profiles that were worked out for some worlds, and fit into the table."""
+        found = (self._prepared.get(world) for world in chosen.tolist())
+        return {
+            each.terrain: each.profile
+            for each in found
+            if each is not None
+            and each.terrain is not None
+            and each.profile is not None
+            and len(each.profile) == self.profiles.shape[1]
+        }
 
-    def _poses_on(self, body: Body, terrains: Sequence[Terrain | None]) -> Tensor:
-        """The same for robots on k different terrains, (k, V, 4, 5)."""
-        new = [terrain for terrain in terrains if (body, terrain) not in self._poses]
-        if new:
-            if len(self._poses) > 2 * len(self.seeds) + 64:  # of terrains that are gone
-                self._poses.clear()
-                new = list(terrains)
-            known = [terrain for terrain in new if terrain is not None]
-            poses = torch.from_numpy(st.initial_poses(body.morphology, known or None, len(new)))
-            angles = poses[..., 2:]
-            poses = torch.cat([poses, angles.cos(), angles.sin()], -1)
-            self._poses.update(zip(((body, each) for each in new), poses, strict=True))
-        return torch.stack([self._poses[body, terrain] for terrain in terrains])
+    def _prepared_states(
+        self, layout: Layout, chosen: np.ndarray, terrains: list[Terrain] | None
+    ) -> np.ndarray | None:
+        """`first_states`, if they were worked out before; they are given only once."""
+        rows = []
+        for row, world in enumerate(chosen.tolist()):
+            ready = self._prepared.pop(world, None)
+            now = int(self.seeds[world]), int(self.episodes[world])
+            if ready and ready.fits(layout, *now, None if terrains is None else terrains[row]):
+                rows.append(ready.values)
+        return np.stack(rows) if len(rows) == len(chosen) else None
 
-    def _episode_seeds(self, chosen: np.ndarray) -> np.ndarray:
-        """Seeds of noise and damage in the next episode of k worlds, (k,) int64 in [0, 2^32)."""
-        seeds, episodes = self.seeds[chosen], self.episodes[chosen]
+    def _episode_seeds(self, chosen: np.ndarray, episodes: np.ndarray) -> np.ndarray:
+        """Seeds of noise and damage in episodes of k worlds, (k,) int64 in [0, 2^32)."""
+        seeds = self.seeds[chosen]
         if not episodes.any():
             return seeds
         later = mixed(seeds.astype(np.uint64), episodes.astype(np.uint64))
         return np.where(episodes > 0, later, seeds)
-
-    def _damage_times(
-        self,
-        damages: Sequence[Damage | None],
-        chosen: np.ndarray,
-        seeds: np.ndarray,
-        n_voxels: int,
-    ) -> Tensor:
-        """The steps at which voxels of k worlds break and mend, their lower digits, (k, V, 2)."""
-        times = np.full((len(chosen), n_voxels, 2), lay.NEVER)
-        for row, (damage, world, seed) in enumerate(zip(damages, chosen, seeds, strict=True)):
-            if damage is None:
-                continue
-            mask = self._masks.get(damage)
-            broken = damage.sample(int(seed), n_voxels) if mask is None else mask[world]
-            times[row, broken] = _span(damage)[1]
-        return torch.from_numpy(times)
-
-
-def _span(damage: Damage | None) -> tuple[np.ndarray, list[float]]:
-    """The steps at which voxels break and mend: higher digits, and lower ones."""
-    if damage is None:
-        return np.zeros(2, dtype=np.int64), [lay.NEVER, lay.NEVER]
-    forever = math.isinf(damage.until)
-    times = [clock.steps_in(damage.time), 0 if forever else clock.steps_in(damage.until)]
-    high, low = np.divmod(np.array(times), lay.STEPS_PER_HIGH)
-    return high, [float(low[0]), lay.NEVER if forever else float(low[1])]
-
-
-def varied(conditions: Conditions, bodies: Bodies) -> bool:
-    """Whether gravity, friction or springs differ among worlds or voxels."""
-    return any(conditions.varied(body.morphology) for body in bodies.unlike)

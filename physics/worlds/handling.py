@@ -56,7 +56,8 @@ class Handled(Launcher):
             state = st.widened(state, self._state.layout)
         self._state = state
         self._center, self._at_start = None, False
-        self._steps = int(state.steps().max())
+        self._steps_exact = False
+        self._most_steps()
 
     def _signature(self) -> dict[str, Any]:
         """What saved worlds must have in common with these."""
@@ -129,4 +130,6 @@ class Handled(Launcher):
             now = self.set_poses(pose, velocities[k])
             if now is not None:
                 readings[k] = now
+        self._steps_exact = False
+        self._most_steps()
         return self._given(readings)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -23,8 +23,9 @@ from physics.scene import clock, material
 from physics.scene.bodies import Bodies, Body
 from physics.scene.conditions import Conditions
 from physics.scene.damage import Damage
-from physics.worlds.batch import Batch, own_items
+from physics.worlds.batch import Batch
 from physics.worlds.contents import Contents
+from physics.worlds.first_states import own_items
 from physics.worlds.observations import Observed
 
 __all__ = ["Launcher", "extent"]
@@ -128,7 +129,9 @@ class Launcher(Contents, Observed):
 
     def _require_countable(self, steps: int) -> None:
         """Raises ValueError unless worlds can count so many more steps."""
-        if self._steps + steps > clock.MOST_STEPS:
+        if self._steps + steps > clock.MOST_STEPS and (
+            self._most_steps() + steps > clock.MOST_STEPS
+        ):
             raise ValueError(
                 f"steps: expected at most {clock.MOST_STEPS - self._steps} more, since a world "
                 f"counts 2^31 steps (414 days) after a reset, got {steps}; reset the worlds"
@@ -137,7 +140,7 @@ class Launcher(Contents, Observed):
     def _begin(self, chosen: np.ndarray) -> None:
         """Puts some worlds at the start of an episode."""
         layout = self._model.layout
-        blank, own = self._batch.blank(layout), own_items(layout)
+        blank, own = self._batch.first.blank(layout), own_items(layout)
         values = self._batch.first_states(layout, chosen)
         if len(chosen) == self.n_worlds:
             st.fill(self._state, blank, own, values)
@@ -153,13 +156,13 @@ class Launcher(Contents, Observed):
         Returns:
             Readings of all worlds.
         """
-        self._center = None
-        self._steps = int(self._state.steps().max())
         whole = self._grouping.whole
         if chosen is None or len(chosen) == self.n_worlds:
+            self._center = None
             readings, ranges = self._readings(), iter([(0, whole.count)])
         else:
-            groups = np.unique(self._state.place_of(chosen) // self.lanes)
+            self._move_centers(chosen)
+            groups = sorted(set((self._state.place_of(chosen) // self.lanes).tolist()))
             readings, ranges = self._last_readings(), _ranges(groups)
         actions = readings.new_empty(1, self.n_worlds, self.n_voxels)  # not read
         tensors = *self.kernel_tensors(whole.program), actions, readings
@@ -233,7 +236,7 @@ class Launcher(Contents, Observed):
         """A copy of the readings, and room where there are none."""
         if self._places is not None or not self.n_readings:
             return self._readings()
-        return self.readings().clone()
+        return self.readings()
 
     def _given(self, readings: Tensor) -> Tensor | None:
         """What callers get: the readings that kernels filled, or those of the state."""
@@ -253,8 +256,12 @@ def extent(body: Body) -> float:
     return _STRETCH * size + 2 * (model.reach(body.apparatus) + terrain_window.MARGIN)
 
 
-def _ranges(groups: np.ndarray) -> Iterator[tuple[int, int]]:
+def _ranges(groups: Sequence[int]) -> Iterator[tuple[int, int]]:
     """First and count of ranges that hold some groups, given in order, and few others."""
-    breaks = np.flatnonzero(np.diff(groups) > _GAP) + 1
-    for part in np.split(groups, breaks):
-        yield int(part[0]), int(part[-1] - part[0] + 1)
+    first = last = groups[0]
+    for group in groups:
+        if group - last > _GAP:
+            yield first, last - first + 1
+            first = group
+        last = group
+    yield first, last - first + 1

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
+import numpy as np
 import torch
 from torch import Tensor
 
@@ -29,19 +32,26 @@ class Observed:
     n_readings: int
     bodies: Bodies
     _state: State
-    _steps: int  # since the last reset of all worlds
+    _steps: int  # that no world has exceeded since its last reset
+    _steps_exact: bool  # whether some world has taken as many
     _center: Tensor | None = None  # of mass, if it was asked for since worlds moved
 
     @property
     def time(self) -> float:
-        """Simulated time since the last reset of all worlds [s]."""
-        return clock.time_after(self._steps)
+        """Age of the world that was reset longest ago [s]."""
+        return clock.time_after(self._most_steps())
 
     @property
     def times(self) -> Tensor:
         """Age of every world [s], (N,) float64."""
         steps = self._state.steps().cpu().numpy()
         return torch.from_numpy(clock.times_after(steps)).to(self.device)
+
+    def _most_steps(self) -> int:
+        """Steps of the world that has taken most of them since its last reset."""
+        if not self._steps_exact:
+            self._steps, self._steps_exact = int(self._state.steps().max()), True
+        return self._steps
 
     def mass_poses(self) -> Tensor:
         """Poses of the squares, (N, V, 4, 3): x, y [m], angle [rad] in [-pi, pi]; corners NW, NE,
@@ -58,13 +68,27 @@ class Observed:
 
     def voxel_centers(self) -> Tensor:
         """Mean of each voxel's four squares [m], (N, V, 2)."""
-        return self._state.worlds(self._state.bodies()[:, :, :, lay.X : lay.Y + 1].mean(2))
+        squares = self._state.bodies()[:, :, :, lay.X : lay.Y + 1]
+        if self.device.type == "cpu":  # numpy takes less to begin
+            nw, ne, se, sw = squares.numpy().transpose(2, 0, 1, 3, 4)
+            return self._state.worlds(torch.from_numpy((nw + ne + se + sw) / 4))
+        return self._state.worlds(squares.mean(2))
 
     def center_of_mass(self) -> Tensor:
         """Mean of the voxel centres [m], (N, 2)."""
         if self._center is None:
             self._center = self._mean_over_voxels(self.voxel_centers())
         return self._center.clone()
+
+    def _move_centers(self, chosen: np.ndarray) -> None:
+        """Takes note that since robots' centres were asked for only these worlds have changed."""
+        if self._center is None or self._state.places is not None:
+            self._center = None
+            return
+        numbers = _center_items(self._state.layout.voxels)
+        squares = torch.from_numpy(self._state.of_worlds(numbers, chosen)).to(self.device)
+        centers = squares.unflatten(1, (-1, 4, 2)).mean(2).mean(1)
+        self._center[torch.from_numpy(chosen).to(self.device)] = centers
 
     def voxels_present(self) -> Tensor:
         """Which voxels the robots have, (N, V) bool: all, unless robots differ."""
@@ -126,6 +150,24 @@ class Observed:
         bool. It does not count as failure; see `times` for when that was."""
         return self._state.worlds(self._state.header(lay.H_LEFT)) > 0
 
+    def ended(self) -> tuple[Tensor, Tensor]:
+        """What `failed` and `left_ground` tell, looked up together."""
+        first = self._state.layout.header + lay.H_FAILED
+        flags = self._state.worlds(self._state.items[:, first : first + 2]) > 0
+        return flags[:, 0], flags[:, 1]
+
+    def _moved(self, chosen: np.ndarray) -> np.ndarray:
+        """Which of some worlds have moved since they were last reset, (k,) bool."""
+        counter = self._state.layout.header + np.array([lay.H_STEP, lay.H_STEP_HIGH])
+        return np.asarray((self._state.of_worlds(counter, chosen) > 0).any(axis=1))
+
     def alive(self) -> Tensor:
         """Whether the last step moved each world, (N,) bool: neither failed nor over."""
         return self._state.worlds(self._state.header(lay.H_ALIVE)) > 0
+
+
+@lru_cache(maxsize=8)
+def _center_items(voxels: int) -> np.ndarray:
+    """Numbers of the items with x and y of all squares, (V * 4 * 2,)."""
+    voxel, square, item = np.indices((voxels, 4, 2))
+    return (voxel * lay.VOXEL_ITEMS + square * lay.BODY_ITEMS + lay.X + item).ravel()

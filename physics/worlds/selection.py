@@ -19,6 +19,8 @@ def chosen_worlds(name: str, mask: Any, n_worlds: int) -> np.ndarray:
     """The numbers of the worlds of a mask (N,), a bool tensor or array; of all for None."""
     if mask is None:
         return np.arange(n_worlds)
+    if isinstance(mask, np.ndarray) and mask.shape == (n_worlds,) and mask.dtype == bool:
+        return np.flatnonzero(mask)
     flags = torch.from_numpy(mask) if isinstance(mask, np.ndarray) else mask
     if checks.tensor(name, flags, worlds=n_worlds).dtype != torch.bool:
         raise ValueError(f"{name}: expected a bool mask, got {flags.dtype}")

@@ -12,6 +12,7 @@ import torch
 from torch import Tensor
 
 from physics import Damage, Simulator, Terrain
+from physics.worlds.first_states import FirstStates
 from tests.physics.test_batch import STEPS, actuations, batch, ground, state
 
 WORLDS = list(range(19))
@@ -116,6 +117,42 @@ def test_another_terrain_is_as_if_it_had_been_there_from_the_start(whole):
     assert torch.equal(readings[worlds], own_readings)
     assert torch.equal(states[worlds], own_states)
     assert sim.touching().any()
+
+
+@pytest.mark.parametrize("later", [{}, {"seeds": [5, 6, 5]}, {"terrains": ROUGH}])
+def test_what_is_worked_out_ahead_is_what_a_reset_does(later):
+    """Also for another terrain or seed than was foreseen."""
+    sim, kept = batch(WORLDS), batch(WORLDS)
+    for each in (sim, kept):
+        episode(each)
+    terrains = [ground(5), ROUGH, ground(6)]
+    sim.prepare(SOME, terrains)
+    assert torch.equal(state(sim), state(kept))
+    asked = {"terrains": terrains, **later}
+    assert torch.equal(sim.reset(SOME, **asked), kept.reset(SOME, **asked))
+    assert all(torch.equal(*pair) for pair in zip(episode(sim), episode(kept), strict=True))
+
+
+def test_a_reset_that_was_foreseen_works_nothing_out(monkeypatch):
+    sim, kept = batch(WORLDS), batch(WORLDS)
+    for each in (sim, kept):
+        episode(each)
+    sim.prepare(SOME)
+    expected = kept.reset(SOME)
+    monkeypatch.setattr(FirstStates, "of_worlds", None)
+    assert torch.equal(sim.reset(SOME), expected)
+    with pytest.raises(TypeError):  # it is used once
+        sim.reset(SOME)
+
+
+def test_centres_are_where_the_reset_robots_are():
+    sim = batch(WORLDS)
+    episode(sim)
+    before = sim.center_of_mass()
+    sim.reset(SOME)
+    assert torch.equal(sim.center_of_mass(), sim.voxel_centers().mean(1))
+    assert torch.equal(sim.center_of_mass()[~SOME], before[~SOME])
+    assert not (sim.center_of_mass()[SOME] == before[SOME]).any()
 
 
 def test_a_mask_of_damage_stays_with_its_world():

@@ -7,6 +7,7 @@ lifetime, which never move.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import torch
@@ -66,6 +67,14 @@ class State:
         low, high = self.header(lay.H_STEP), self.header(lay.H_STEP_HIGH)
         return self.worlds(low.long() + high.long() * lay.STEPS_PER_HIGH)
 
+    def of_worlds(self, numbers: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+        """Some items (I,) of some worlds (k,), from their numbers: (k, I)."""
+        groups, lanes = (each[:, None] for each in np.divmod(self.place_of(chosen), self.lanes))
+        if self.items.device.type == "cpu":
+            return self.items.numpy()[groups, numbers, lanes]
+        indices = (torch.from_numpy(each) for each in (groups, numbers, lanes))
+        return self.items[tuple(indices)].cpu().numpy()
+
     def set_steps(self, steps: Tensor) -> None:
         """Sets the counters of all worlds, (N,) int64."""
         self.header(lay.H_STEP).copy_(self.lanes_of(steps % lay.STEPS_PER_HIGH))
@@ -73,6 +82,13 @@ class State:
 
     def worlds(self, view: Tensor) -> Tensor:
         """(groups, ..., lanes) -> (N, ...), a copy without the padding."""
+        if view.device.type == "cpu" and self.places is None:  # numpy takes half the time
+            places = view.shape[0] * view.shape[-1]
+            ordered = view.numpy().transpose(0, -1, *range(1, view.dim() - 1))
+            copy = np.array(ordered, order="C").reshape(places, *ordered.shape[2:])
+            return torch.from_numpy(
+                copy if places == self.n_worlds else copy[: self.n_worlds].copy()
+            )
         rows = view.movedim(-1, 1).flatten(0, 1)
         if self.places is not None:
             return rows[self.places]
@@ -147,9 +163,10 @@ def fill(state: State, blank: Tensor, own: Tensor, values: Tensor) -> None:
     groups, lanes = state.items.shape[0], state.lanes
     rows = blank[own].repeat(groups * lanes, 1)
     rows[slice(state.n_worlds) if state.places is None else state.places] = values
-    state.items.copy_(blank[:, None])
-    state.items[:, own] = rows.unflatten(0, (groups, lanes)).mT
     state.lists.zero_()
+    for span in _used(state):
+        state.items[:, span].copy_(blank[span, None])
+    state.items[:, own] = rows.unflatten(0, (groups, lanes)).mT
 
 
 def replace(state: State, chosen: np.ndarray, blank: Tensor, own: Tensor, values: Tensor) -> None:
@@ -162,10 +179,30 @@ def replace(state: State, chosen: np.ndarray, blank: Tensor, own: Tensor, values
         own: likewise.
         values: of their own items, (k, I).
     """
+    groups, lanes = np.divmod(state.place_of(chosen), state.lanes)
+    if state.items.device.type == "cpu":  # numpy takes half the time for a single world
+        items, begin = state.items.numpy(), blank.numpy()
+        for span in _used(state, groups):
+            items[groups, span, lanes] = begin[span]
+        items[groups[:, None], own.numpy(), lanes[:, None]] = values.numpy()
+        return
     worlds = blank.repeat(len(chosen), 1)
     worlds[:, own] = values
-    groups, lanes = np.divmod(state.place_of(chosen), state.lanes)
     state.items[torch.from_numpy(groups), :, torch.from_numpy(lanes)] = worlds
+
+
+def _used(state: State, groups: np.ndarray | None = None) -> tuple[slice, slice]:
+    """Items that are read before they are written: all but self-contacts beyond those listed.
+
+    Args:
+        state: the state.
+        groups: The groups that matter; None: all.
+    """
+    layout, counts = state.layout, state.lists[:, lay.L_SELF_CONTACTS]
+    listed = counts if groups is None else counts[torch.from_numpy(groups)]
+    first = layout.self_contact_block
+    end = first + lay.SELF_CONTACT_ITEMS * int(listed.max())
+    return slice(0, end), slice(layout.self_contact_bounds, layout.items)
 
 
 def widened(state: State, layout: Layout) -> State:
@@ -196,41 +233,42 @@ def forget_window(state: State) -> None:
     state.header(lay.H_WINDOW_HIGH).fill_(-_FAR)
 
 
-def initial_poses(
-    morphology: Morphology, terrains: list[Terrain] | None, n_worlds: int
-) -> np.ndarray:
-    """Initial poses of the squares, (N, V, 4, 3), float64.
+def level_poses(morphology: Morphology, ground: bool) -> np.ndarray:
+    """Poses of the squares of a robot that stands upright, (V, 4, 3), float64.
 
-    Without ground, voxel (gx, gy) is centred at (3 gx, 3 gy). On ground the robot's left edge
-    is at START_X, as high as makes the least gap between a voxel's lowest point and the ground
-    under its centre START_HEIGHT. If some square would be in the ground there, the least gap
-    between a square and the ground anywhere under it is START_HEIGHT instead.
+    Voxel (gx, gy) is centred at (3 gx, 3 gy), and farther to the right on ground, where the robot's
+    left edge is at START_X; how much higher is for `lift` to say.
     """
     cells = np.array(morphology.cells, dtype=np.float64) * material.VOXEL_SIDE
     signs = np.array(material.CORNER_SIGNS, dtype=np.float64)
-    poses = np.zeros((n_worlds, len(cells), 4, 3))
+    poses = np.zeros((len(cells), 4, 3))
     poses[..., :2] = cells[:, None] + signs * material.SQUARE_OFFSET
-    if terrains is None:
-        return poses
-    half = material.VOXEL_SIDE / 2
-    poses[..., 0] += START_X + half
-    bottoms, centers = cells[:, 1] - half, cells[:, 0] + START_X + half
-    unlike = {id(terrain): terrain for terrain in terrains}
-    surfaces = {key: terrain.height(centers) for key, terrain in unlike.items()}
-    gaps = bottoms - np.stack([surfaces[id(terrain)] for terrain in terrains])
-    lifts = START_HEIGHT - gaps.min(1)
-    left, lowest = _columns(poses[0])
-    right = left + material.SQUARE_SIDE
-    peaks = {key: terrain.highest(left, right) for key, terrain in unlike.items()}
-    gaps = lowest - np.stack([peaks[id(terrain)] for terrain in terrains])
-    free = lifts + gaps.min(1) >= 0
-    poses[..., 1] += np.where(free, lifts, START_HEIGHT - gaps.min(1))[:, None, None]
+    if ground:
+        poses[..., 0] += START_X + material.VOXEL_SIDE / 2
     return poses
 
 
-def _columns(poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Left edges of the columns of squares that stand upright, and the lowest edge in each [m]."""
+def lift(morphology: Morphology, terrain: Terrain) -> float:
+    """How much higher than in `level_poses` a robot starts on a terrain [m].
+
+    As high as makes the least gap between a voxel's lowest point and the ground under its centre
+    START_HEIGHT. If some square would be in the ground there, the least gap between a square and
+    the ground anywhere under it is START_HEIGHT instead.
+    """
+    centers, bottoms, left, lowest = _columns(morphology)
+    lifted = START_HEIGHT - float((bottoms - terrain.height(centers)).min())
+    gap = float((lowest - terrain.highest(left, left + material.SQUARE_SIDE)).min())
+    return lifted if lifted + gap >= 0 else START_HEIGHT - gap
+
+
+@lru_cache(maxsize=64)
+def _columns(morphology: Morphology) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Of a robot in `level_poses`: abscissas of the centres of its voxels, and heights of their
+    lowest points; left edges of the columns of squares, and the lowest edge in each [m]."""
+    half = material.VOXEL_SIDE / 2
+    cells = np.array(morphology.cells, dtype=np.float64) * material.VOXEL_SIDE
+    poses = level_poses(morphology, ground=True)
     left, column = np.unique(poses[..., 0].ravel() - material.SQUARE_HALF, return_inverse=True)
     lowest = np.full(len(left), np.inf)
     np.minimum.at(lowest, column, poses[..., 1].ravel() - material.SQUARE_HALF)
-    return left, lowest
+    return cells[:, 0] + START_X + half, cells[:, 1] - half, left, lowest

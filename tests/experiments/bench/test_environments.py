@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from experiments.bench import environments
+from experiments.bench import environments, resets
 from experiments.bench.environments import Rate
+from experiments.bench.setting import Setting
 from tests.experiments.commands import hebbtorch
 
 
@@ -35,3 +36,15 @@ def test_evogym_is_measured_where_an_interpreter_has_it(
     monkeypatch.setattr(environments, "_EVOGYM", "import evogym_that_is_nowhere")
     assert "evogym_that_is_nowhere" in str(environments.evogym(0.1))
     assert "not measured" in str(environments.evogym(0.1, str(tmp_path / "python")))
+
+
+def test_resets_are_measured_beside_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(resets, "_STRETCH", 40)
+    monkeypatch.setattr(resets, "_EPISODE", 0.5)  # [s], 30 steps
+    monkeypatch.setattr(resets, "_WORLDS", 3)
+    monkeypatch.setattr(resets, "_TRIES", 2)
+    setting = Setting(cores=1, worlds=40, warm_up=1, repetitions=2)
+    rows = [*resets.environments(setting), *resets.single_worlds(setting)]
+    assert [row.unit for row in rows] == ["%", "%", "steps", "steps"]
+    assert all(len(row.samples) == 2 and min(row.samples) > 0 for row in rows)
+    assert rows[1].median < 100  # a reset in every step is not free

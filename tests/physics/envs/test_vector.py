@@ -145,6 +145,11 @@ def test_phases_can_be_spread() -> None:
     ends = torch.stack([env.step(action)[3] for action in ACTIONS[: env.episode_steps]])
     assert (ends.sum(0) == 1).all()
     assert ends.sum(1).max() == 1
+    env.spread_phases(2)
+    ends = torch.stack([env.step(action)[3] for action in ACTIONS[: env.episode_steps]])
+    assert sorted(ends.sum(1).tolist())[-2:] == [2, 3]  # of five worlds in two groups
+    with pytest.raises(ValueError, match="groups: expected at most 5, got 6"):
+        env.spread_phases(6)
 
 
 class Upright(Task):

@@ -42,10 +42,28 @@ def java_gaussians(seed, count):
 
 @pytest.mark.parametrize("seed", [0, 42, 123456789012])
 def test_normal_numbers_are_those_of_java(seed):
-    first, second = java_gaussian_pairs(seed, 300)
+    (first,), (second,), (pairs,) = java_gaussian_pairs([seed], 300)
+    first, second = first[:pairs], second[:pairs]
     numbers = np.stack((first, second), axis=1).ravel()
     assert 400 < len(numbers) <= 600
     assert numbers == pytest.approx(java_gaussians(seed, len(numbers)), abs=1e-13)
+
+
+@pytest.mark.parametrize("name", ["hilly-3-30", "hilly-0.5-1", "steppy-1-5", "flatWithStart"])
+def test_terrains_drawn_together_are_those_drawn_alone(name):
+    seeds = [7, 0, 123456789012, 7, *range(20, 40)]
+    for seed, terrain in zip(seeds, Terrain.from_open_name(name, seeds), strict=True):
+        alone = Terrain.from_name(f"{name}-{seed}")
+        assert terrain.name == alone.name
+        assert np.array_equal(terrain.xs, alone.xs)
+        assert np.array_equal(terrain.ys, alone.ys)
+
+
+@pytest.mark.parametrize("name", ["hilly-3-30-7", "flat", "uphill-10", "hilly-3"])
+def test_only_open_names_take_seeds(name):
+    assert Terrain.from_open_name("hilly-3-30", []) == []
+    with pytest.raises(ValueError, match=f"expected a name without its seed, .* got '{name}'"):
+        Terrain.from_open_name(name, [1])
 
 
 def test_short_bumps_reach_the_end_too():
