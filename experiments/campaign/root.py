@@ -24,7 +24,8 @@ from experiments.io.atomic import write_atomically
 from experiments.io.formats import require_format
 from experiments.io.locks import LOCK, lock_folder
 from experiments.runs.champions import Champions
-from experiments.runs.folder import read_checkpoint, read_config
+from experiments.runs.config_file import read_config
+from experiments.runs.folder import read_checkpoint
 from experiments.runs.names import CAMPAIGN, CONDITIONS
 
 __all__ = ["CampaignRoot", "ConditionStatus", "Members"]

@@ -28,6 +28,7 @@ from experiments.config import EvolveConfig
 from experiments.io.atomic import remove_leftovers, write_atomically
 from experiments.io.formats import require_format
 from experiments.io.locks import LOCK, lock_folder
+from experiments.runs.config_file import read_config, write_config
 from experiments.runs.history import History
 from experiments.runs.names import ARCHIVE, CHAMPIONS, CHECKPOINT, CONFIG, HISTORY
 
@@ -121,7 +122,7 @@ class RunStore:
         store = cls(folder, config, lock)
         write_atomically(folder / CHECKPOINT, store._content(start))
         start.history.write(store.history_file)
-        write_atomically(folder / CONFIG, config.to_json().encode())
+        write_config(folder, config)
         return store
 
     @classmethod
@@ -160,7 +161,7 @@ class RunStore:
                 f"generations: expected at least the {done} that are done, got {generations}"
             )
         if config != self.config:
-            write_atomically(self.folder / CONFIG, config.to_json().encode())
+            write_config(self.folder, config)
             self.config = config
 
     def save(self, checkpoint: Checkpoint) -> None:
@@ -209,26 +210,6 @@ class RunStore:
 
     def __exit__(self, *exception: object) -> None:
         self.close()
-
-
-def read_config(folder: Path) -> EvolveConfig:
-    """The options of a run.
-
-    Raises:
-        ValueError: the folder is not a run's, or its options cannot be read.
-    """
-    path = folder / CONFIG
-    if not path.is_file():
-        raise ValueError(
-            f"run: expected the folder of a run, got {str(folder)!r} without {CONFIG}; "
-            "name a folder that `hebbtorch evolve` wrote"
-        )
-    try:
-        config = EvolveConfig.from_json(path.read_text(encoding="utf-8-sig"))
-        config.validate()
-    except (ValueError, OSError) as error:
-        raise ValueError(f"run: cannot use {str(path)!r}: {error}") from error
-    return config
 
 
 def read_checkpoint(folder: Path, config: EvolveConfig) -> Checkpoint:

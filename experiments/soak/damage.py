@@ -11,7 +11,8 @@ import torch
 
 from experiments.runs.archive import Archive
 from experiments.runs.champions import Champions
-from experiments.runs.folder import RunStore, read_checkpoint, read_config
+from experiments.runs.config_file import read_config
+from experiments.runs.folder import RunStore, read_checkpoint
 from experiments.runs.names import ARCHIVE, CHAMPIONS, CHECKPOINT, CONFIG, HISTORY
 
 __all__ = ["DamageCounts", "Original", "try_flip"]

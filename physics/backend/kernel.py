@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Iterator
 from typing import Any
 
 from torch import Tensor
 
 from physics.backend.compile_cache import some_home
-from physics.backend.language import NAME, reader
+from physics.backend.language import NAME
 from physics.backend.process import process, refuse_fork, running
+from physics.backend.reading import lean
 
 __all__ = ["Kernel"]
 
@@ -82,7 +81,7 @@ class Kernel:
 
     def _first_launch(self, *arguments: Tensor | int) -> None:
         """Lets Taichi compile and launch it, and keeps what later launches need."""
-        with _brief_places(), some_home():
+        with lean(), some_home():
             self._function(*arguments)
             primal = self._function._primal
             (self._kernel,) = primal.compiled_kernels.values()
@@ -99,23 +98,3 @@ class Kernel:
         """Makes a context for launches, and notes that no argument was handed to it."""
         self._context = self._kernel.make_launch_context()
         self._given: list[Any] = [None] * arguments
-
-
-@contextlib.contextmanager
-def _brief_places() -> Iterator[None]:
-    """Lets Taichi name file and line of what it reads, and leave out the text of the line.
-
-    It makes that text for every expression, for the message of an error that may come, which
-    takes two thirds of its time before a compiled kernel is found in the cache.
-    """
-
-    def place(self: Any, node: Any) -> str:
-        line = node.lineno + self.lineno_offset
-        return f'File "{self.file}", line {line}, in {self.func.func.__name__}:\n'
-
-    source_reader = reader()
-    full, source_reader.get_pos_info = source_reader.get_pos_info, place
-    try:
-        yield
-    finally:
-        source_reader.get_pos_info = full

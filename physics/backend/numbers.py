@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import operator
 from typing import Any
 
 import torch
@@ -9,6 +11,7 @@ import torch
 from physics.backend.groups import Group
 from physics.backend.language import ti, variable
 from physics.backend.program import Program
+from physics.backend.reading import keep_constants, lane_of
 
 __all__ = ["GRAIN", "Real", "integers", "real"]
 
@@ -71,6 +74,15 @@ class Real:
     def grain(self) -> int:
         """Iterations of a parallel loop for each chunk of groups, see GRAIN."""
         return 1 if self.on_gpu else GRAIN
+
+    def constants(self) -> int:
+        """In a kernel: declares constants for what follows in this block, see `reading`. Returns
+        how many."""
+        return keep_constants(self.lanes, self.f)
+
+    def union(self, flags: Any) -> Any:
+        """In a kernel: the bits that are set in any lane."""
+        return functools.reduce(operator.or_, (lane_of(flags, k) for k in range(self.lanes)))
 
     def group(self, array: Any, number: Any, items: Any, lists: Group | None = None) -> Group:
         """In a kernel: the items of a group.

@@ -148,6 +148,7 @@ def _over_groups(T: Real, kind: Any, work: Callable[..., Any]) -> Kernel:
     ):
         for q in range(chunks * T.grain):
             if q % T.grain == 0:
+                ti.static(T.constants())
                 sizes = load_sizes(mi, 0)
                 begin_group, end_group = _share(q // T.grain, first, count, chunks)
                 for g in range(begin_group, end_group):

@@ -37,9 +37,7 @@ def any_lane(mask, T: ti.template()):
     LLVM makes two instructions of this chain, but one after the other of a chain of ``max``.
     """
     flags = ti.select(mask, T.flags(1), T.flags(0))
-    union = 0
-    for lane in ti.static(range(T.lanes)):
-        union = union | flags[lane]
+    union, _ = ti.static((T.union(flags), 0))
     return union != 0
 
 

@@ -22,7 +22,28 @@ def key(S: ti.template(), m: ti.template(), lane):
     """The key of this step of one world: seed and step mixed (uint32)."""
     low = ti.cast(S[m.header + lay.H_SEED_LOW][lane], ti.u32)
     high = ti.cast(S[m.header + lay.H_SEED_HIGH][lane], ti.u32)
-    return mix(mix(low | (high << ti.u32(16))) + step_counter.steps(S, m, lane))
+    return _mixed(low, high, step_counter.steps(S, m, lane))
+
+
+@ti.func
+def keys(S: ti.template(), m: ti.template(), T: ti.template()):
+    """The keys of this step of all worlds of a group (a uint32 per lane)."""
+    low = _whole(S[m.header + lay.H_SEED_LOW], T)
+    high = _whole(S[m.header + lay.H_SEED_HIGH], T)
+    step = _whole(S[m.header + lay.H_STEP], T)
+    step_high = _whole(S[m.header + lay.H_STEP_HIGH], T)
+    return _mixed(low, high, step_counter.joined(step, step_high))
+
+
+@ti.func
+def _mixed(low, high, steps):
+    return mix(mix(low | (high << ti.u32(16))) + steps)
+
+
+@ti.func
+def _whole(x, T: ti.template()):
+    """Whole numbers of a lane vector (uint32)."""
+    return T.words([ti.cast(x[lane], ti.u32) for lane in range(T.lanes)])
 
 
 @ti.func
@@ -89,7 +110,7 @@ def _uniforms(bits, T: ti.template()):
 @ti.func
 def add_to_readings(S: ti.template(), m: ti.template(), T: ti.template()):
     """Adds normal noise to every reading, each of its own standard deviation; no clipping."""
-    step_keys = T.words([key(S, m, lane) for lane in range(T.lanes)])
+    step_keys = keys(S, m, T)
     for pair in range((m.readings + 1) // 2):
         first, second = normal_pairs(
             bits(step_keys, FIRST_NORMAL, pair), bits(step_keys, SECOND_NORMAL, pair), T

@@ -34,4 +34,10 @@ def steps(S: ti.template(), m: ti.template(), lane):
     """Steps that one world has taken (uint32)."""
     low = ti.cast(S[m.header + lay.H_STEP][lane], ti.u32)
     high = ti.cast(S[m.header + lay.H_STEP_HIGH][lane], ti.u32)
+    return joined(low, high)
+
+
+@ti.func
+def joined(low, high):
+    """Steps of two digits (uint32)."""
     return low + high * ti.u32(lay.STEPS_PER_HIGH)

@@ -1,5 +1,6 @@
 """A run's folder: complete or not there, never overwritten, one writer at a time."""
 
+import json
 import os
 from pathlib import Path
 
@@ -7,7 +8,8 @@ import pytest
 import torch
 
 from experiments.config import EvolveConfig
-from experiments.runs.folder import Checkpoint, RunStore, read_config
+from experiments.runs.config_file import read_config
+from experiments.runs.folder import Checkpoint, RunStore
 from experiments.runs.history import History, HistoryRow
 
 CONFIG = EvolveConfig(population=4, seed=3)
@@ -142,6 +144,30 @@ def test_changed_options_are_refused(tmp_path: Path) -> None:
     (folder / "config.json").write_text(other.to_json())
     with pytest.raises(ValueError, match=r"config\.json .* not the one this run started with"):
         RunStore.resume(folder)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            {"generations": 8},
+            "changed or damaged since they were written",
+        ),  # an extension may do so
+        ({"digest": None}, "changed or damaged since they were written"),
+        ({"format": 3}, "format: expected at most 2, got 3, which a newer version"),
+        ({"format": 0}, "format: expected 2, got 0"),
+    ],
+)
+def test_options_changed_on_disk_are_refused(
+    tmp_path: Path, change: dict[str, object], message: str
+) -> None:
+    folder = make_run(tmp_path / "run")
+    options = json.loads((folder / "config.json").read_text())
+    (folder / "config.json").write_text(json.dumps(options))  # the same in another layout
+    assert read_config(folder).generations == options["generations"]
+    (folder / "config.json").write_text(json.dumps(options | change))
+    with pytest.raises(ValueError, match=message):
+        read_config(folder)
 
 
 def test_a_folder_that_is_no_run_is_refused(tmp_path: Path) -> None:
