@@ -76,6 +76,8 @@ def instance(name: str, value: Any, kind: type) -> Any:
 def tensor(name: str, value: Any, **sizes: int | None) -> Tensor:
     """The value, if it is a tensor with these sizes; a size of None may be any."""
     wanted = tuple(sizes.values())
+    if isinstance(value, Tensor) and value.shape == wanted:  # which is soon seen
+        return value
     shape = tuple(value.shape) if isinstance(value, Tensor) else None
     if (
         shape is None

@@ -17,7 +17,7 @@ class EpisodeCounts:
         steps: Robot-steps.
         resets: Episodes that were begun in the middle of others.
         faults: How many worlds did what none should do, by what it was.
-        memory: Resident memory after the first trials and later ones [MB].
+        memory: Resident memory after every 20th trial [MB].
         examples: The first trials with a fault, to repeat them.
     """
 

@@ -61,7 +61,7 @@ def try_episodes(seed: int, trial: int, counts: EpisodeCounts) -> None:
     counts.faults.update(faults)
     if any(faults.values()) and len(counts.examples) < 20:
         counts.examples.append(f"seed {seed}, trial {trial}: {dict(faults)} {shapes} {settings}")
-    if counts.trials in (5, 20) or counts.trials % 50 == 0:
+    if counts.trials % 20 == 0:
         counts.memory.append(resident_memory())
 
 

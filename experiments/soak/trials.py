@@ -22,7 +22,9 @@ __all__ = ["soak"]
 
 _FORMAT = 1  # of the table in JSON
 _KILLS, _EPISODES, _DAMAGE = 0.3, 0.25, 0.1  # shares of the time; the worlds have the rest
-_MOST_GROWTH = 300.0  # of the memory from the 5th trial of worlds on [MB]
+# Of the memory [MB]: from the 20th trial of episodes on, when all programs have been compiled that
+# there are, and from the 5th trial of worlds on, whose bodies and terrains are of any size.
+_MOST_EPISODES_GROWTH, _MOST_WORLDS_GROWTH = 30.0, 300.0
 
 
 def soak(minutes: float, seed: int, file: Path | None, folder: Path | None) -> int:
@@ -121,7 +123,10 @@ def _broken(
         "worlds misbehaved": worlds.faults.total(),
     }
     words = [f"{count} {what}" for what, count in found.items() if count]
-    for memory in (episodes.memory, worlds.memory):
-        if memory and memory[-1] - memory[0] > _MOST_GROWTH:
-            words.append(f"memory grew from {memory[0]:.0f} to {memory[-1]:.0f} MB")
+    for what, memory, most in (
+        ("episodes", episodes.memory, _MOST_EPISODES_GROWTH),
+        ("worlds", worlds.memory, _MOST_WORLDS_GROWTH),
+    ):
+        if memory and memory[-1] - memory[0] > most:
+            words.append(f"memory of {what} grew from {memory[0]:.0f} to {memory[-1]:.0f} MB")
     return words

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -14,6 +14,7 @@ from gymnasium.vector.utils import batch_space
 from torch import Tensor
 
 from physics import checks
+from physics.envs.arguments import choice, reset_mask, seeds_of_worlds, spaces
 from physics.envs.pictures import picture
 from physics.envs.tasks import Ground, Task, finite_reward, task_of
 from physics.envs.terrains import Terrains
@@ -55,7 +56,7 @@ class VoxelVectorEnv(VectorEnv):
         episode: float = 15.0,
         *,
         task: str | Task = "locomotion",
-        noise: float = 0.0,
+        noise: float | Mapping[str, float] = 0.0,
         autoreset: Literal["same_step", "disabled"] = "same_step",
         arrays: Literal["torch", "numpy"] = "torch",
         render_mode: str | None = None,
@@ -75,7 +76,8 @@ class VoxelVectorEnv(VectorEnv):
                 at least one reading.
             episode: length of an episode [s].
             task: "locomotion", "jumping", "climbing", or a Task.
-            noise: standard deviation of the readings' noise, in units of each sensor's range.
+            noise: standard deviation of the readings' noise, in units of each sensor's range; or
+                one for each kind of sensor, as for `Simulator`.
             autoreset: "same_step": an episode that ends is followed by the next one within the same
                 call, and its last observation is in `infos["final_obs"]`. "disabled": the caller
                 resets, `reset(options={"reset_mask": mask})`.
@@ -89,9 +91,9 @@ class VoxelVectorEnv(VectorEnv):
         """
         self.task = task_of(task)
         self.num_envs = checks.positive_integer("num_envs", num_envs)
-        self._autoreset = _choice("autoreset", autoreset, tuple(_MODES)) == "same_step"
-        self._numpy = _choice("arrays", arrays, ("torch", "numpy")) == "numpy"
-        self.render_mode = _choice("render_mode", render_mode, (None, "rgb_array"))
+        self._autoreset = choice("autoreset", autoreset, tuple(_MODES)) == "same_step"
+        self._numpy = choice("arrays", arrays, ("torch", "numpy")) == "numpy"
+        self.render_mode = choice("render_mode", render_mode, (None, "rgb_array"))
         self._terrains = Terrains(self.task.terrain if terrain is None else terrain)
         self._seeds = np.zeros(num_envs, dtype=np.uint64)
         self._episodes = np.zeros(num_envs, dtype=np.uint64)
@@ -110,7 +112,7 @@ class VoxelVectorEnv(VectorEnv):
             "render_fps": max(1, round(1 / self._seconds)),
             "autoreset_mode": _MODES[autoreset],
         }
-        self.single_observation_space, self.single_action_space = _spaces(self.sim, noise > 0)
+        self.single_observation_space, self.single_action_space = spaces(self.sim, noise)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
 
@@ -132,9 +134,9 @@ class VoxelVectorEnv(VectorEnv):
             Observations of all worlds, (N, R), and infos.
 
         Raises:
-            ValueError: the mask or the seeds are for other worlds.
+            ValueError: the mask or the seeds are for other worlds, or another option is given.
         """
-        chosen = chosen_worlds("reset_mask", (options or {}).get("reset_mask"), self.num_envs)
+        chosen = chosen_worlds("reset_mask", reset_mask(options), self.num_envs)
         seeded = self._take_seeds(seed, chosen)
         return self._given(self._begin(chosen, seeded)), self._infos()
 
@@ -206,7 +208,7 @@ class VoxelVectorEnv(VectorEnv):
         if seed is None:
             seeds: list[int | None] = [None] * self.num_envs
         else:
-            seeds = _seeds_of_worlds(seed, self.num_envs)
+            seeds = seeds_of_worlds(seed, self.num_envs)
             first = next((each for each in seeds if each is not None), None)
             self._np_random, self._np_random_seed = np_random(first)
         own = [seeds[world] for world in chosen]
@@ -295,30 +297,3 @@ class VoxelVectorEnv(VectorEnv):
     def _given(self, values: Tensor) -> Any:
         """As the caller wants it."""
         return values.cpu().numpy() if self._numpy else values
-
-
-def _seeds_of_worlds(seed: int | Sequence[int | None], num_envs: int) -> list[int | None]:
-    """A seed for every world, from one or from a sequence."""
-    if isinstance(seed, int | np.integer):
-        seeds: list[int | None] = [int(seed) + world for world in range(num_envs)]
-    else:
-        seeds = [None if each is None else int(each) for each in seed]
-    if len(seeds) != num_envs:
-        raise ValueError(f"seed: expected one or {num_envs} of them, got {len(seeds)}")
-    if wrong := [each for each in seeds if each is not None and each < 0]:
-        raise ValueError(f"seed: expected integers >= 0, got {wrong[0]}")
-    return seeds
-
-
-def _choice(name: str, value: Any, allowed: tuple[Any, ...]) -> Any:
-    """The value, if it is one of these."""
-    if value not in allowed:
-        raise ValueError(f"{name}: expected one of {', '.join(map(str, allowed))}, got {value!r}")
-    return value
-
-
-def _spaces(sim: Simulator, noisy: bool) -> tuple[Box, Box]:
-    """Spaces of one world's observations and actions. Readings are in [0, 1] without noise."""
-    dtype: Any = torch.empty(0, dtype=sim.dtype).numpy().dtype
-    low, high = (-np.inf, np.inf) if noisy else (0.0, 1.0)
-    return Box(low, high, (sim.n_readings,), dtype), Box(-1.0, 1.0, (sim.n_voxels,), dtype)

@@ -84,7 +84,8 @@ class Terrain:
             raise ValueError(
                 f"terrain: expected a name without its seed, such as hilly-3-30, got {name!r}"
             )
-        return cls._of_names([f"{name}-{seed}" for seed in seeds]) if len(seeds) else []
+        names = [f"{name}-{seed}" for seed in seeds]
+        return cls._of_names(names) if names else []
 
     @classmethod
     def _of_names(cls, names: list[str]) -> list[Terrain]:

@@ -62,7 +62,7 @@ class FirstStates:
         self._damages = damages
         self._conditions = conditions if varied(conditions, bodies) else None
         self._like = like
-        self._first: tuple[Layout, Tensor, Tensor] | None = None
+        self._first: tuple[Layout, Tensor, np.ndarray] | None = None
         self._masks = {
             each: each.broken_mask(len(lifetimes), bodies.n_voxels)
             for each in dict.fromkeys(damages or ())
@@ -91,7 +91,7 @@ class FirstStates:
         Returns:
             The `own_items` of each, (k, I), in the state's type.
         """
-        states = self._own_blank(layout).numpy(force=True)[None].repeat(len(chosen), 0)
+        states = self._blanks(layout)[1][None].repeat(len(chosen), 0)
         voxels = states[:, : -lay.HEADER_ITEMS].reshape(len(chosen), -1, _OWN_VOXEL_ITEMS)
         header = states[:, -lay.HEADER_ITEMS :]
         header[:, lay.H_LIFE_HIGH], header[:, lay.H_LIFE] = np.divmod(
@@ -154,14 +154,11 @@ class FirstStates:
         no robot."""
         return self._blanks(layout)[0]
 
-    def _own_blank(self, layout: Layout) -> Tensor:
-        """Its `own_items`, (I,)."""
-        return self._blanks(layout)[1]
-
-    def _blanks(self, layout: Layout) -> tuple[Tensor, Tensor]:
+    def _blanks(self, layout: Layout) -> tuple[Tensor, np.ndarray]:
+        """`blank`, and its `own_items` (I,)."""
         if self._first is None or self._first[0] != layout:
             blank = st.blank(layout, self._like)
-            self._first = layout, blank, blank[own_items(layout)]
+            self._first = layout, blank, blank.cpu()[own_items(layout)].numpy()
         return self._first[1:]
 
     def _damage_times(

@@ -31,7 +31,7 @@ class Starts:
         """
         self._shapes = [body.morphology for body in bodies.unlike]
         self._extent = extent
-        self._most = 2 * n_worlds + 64
+        self._most = n_worlds + 64
         self._lifts: dict[tuple[int, Terrain], float] = {}
         self._segments: dict[Terrain, int] = {}
         self._level = [self._placed(st.level_poses(shape, ground)) for shape in self._shapes]

@@ -17,6 +17,7 @@ from torch import Tensor
 from experiments.config import EvolveConfig
 from experiments.rollout.evaluate import Evaluator
 from physics import Engine, Simulator, Terrain
+from physics.envs import VoxelVectorEnv
 from tests.gpu import pretend
 from tests.physics.worlds import gaits
 
@@ -26,9 +27,9 @@ _WHOLE_ENGINE = Engine(self_collision=True, continuous=True)
 
 
 def single(device: str) -> dict[str, Tensor]:
-    """In float32: gaits and learning of worms, and very many boxes."""
+    """In float32: gaits, resets and learning of worms, and very many boxes."""
     worms = _gaits(device, "worm-7x1", 20, torch.float32)
-    return {**worms, **_brood(device), **_many(device)}
+    return {**worms, **_resets(device), **_brood(device), **_many(device)}
 
 
 def double(device: str) -> dict[str, Tensor]:
@@ -53,6 +54,22 @@ def _gaits(
     assert readings is not None
     assert readings.device.type == way[0].device.type == device
     return {shape: torch.stack(way).cpu(), f"readings of {shape}": readings.cpu()}
+
+
+def _resets(device: str) -> dict[str, Tensor]:
+    """Observations (13, 6, R) and centres (12, 6, 2) of environments of which one after the other
+    is reset, on another terrain."""
+    lanes = 1 if device == "cuda" else 8
+    settings: dict[str, Any] = {"sensors": "high", "device": device, "lanes": lanes}
+    env = VoxelVectorEnv("worm-7x1", "hilly-3-30", 6, episode=0.1, **settings)
+    observations, centers = [env.reset(seed=0)[0]], []
+    env.spread_phases()
+    for actuation in gaits(12, 6, 7).float():
+        *outputs, infos = env.step(actuation)
+        observations.append(outputs[0])
+        centers.append(infos["center"])
+        assert all(each.device.type == device for each in (*outputs, centers[-1]))
+    return {"observations": torch.stack(observations).cpu(), "centers": torch.stack(centers).cpu()}
 
 
 def _brood(device: str) -> dict[str, Tensor]:

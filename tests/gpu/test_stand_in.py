@@ -70,6 +70,11 @@ def test_gaits_in_single_precision(single: _Results) -> None:
     assert apart(single, "worm-7x1") < 1e-4
 
 
+def test_environments_that_are_reset_in_different_steps(single: _Results) -> None:
+    assert apart(single, "observations") < 1e-3
+    assert apart(single, "centers") < 1e-4
+
+
 def test_the_closed_loop(single: _Results) -> None:
     assert apart(single, "speeds") < 1e-4
     assert apart(single, "weights") < 1e-3

@@ -145,3 +145,13 @@ def test_staggered_episodes_are_as_alone(monkeypatch: pytest.MonkeyPatch) -> Non
     episodes.try_episodes(3, 0, counts)
     assert counts.faults["other than alone"] > 0
     assert "trial 0" in counts.examples[0]
+
+
+@pytest.mark.parametrize(
+    ("memory", "grew"), [([400.0, 420.0, 431.0], True), ([400.0, 429.0], False)]
+)
+def test_memory_that_grows_from_episode_to_episode_is_told(memory: list[float], grew: bool) -> None:
+    broken = trials._broken(
+        KillCounts(), DamageCounts(), EpisodeCounts(memory=memory), worlds.WorldCounts()
+    )
+    assert broken == (["memory of episodes grew from 400 to 431 MB"] if grew else [])

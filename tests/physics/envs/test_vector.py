@@ -181,11 +181,21 @@ def test_settings_of_the_simulator_pass_through() -> None:
     assert env.sim.time == pytest.approx(0.1)
 
 
+def test_noise_of_some_sensors_leaves_readings_unbounded() -> None:
+    env = make(noise={"area": 0.1})
+    assert np.isinf(env.single_observation_space.high).all()
+    assert not torch.equal(env.reset(seed=0)[0], make().reset(seed=0)[0])
+    assert (make(noise={"area": 0.0}).single_observation_space.high == 1).all()
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
         ({"seed": [1, 2]}, "seed: expected one or 5 of them, got 2"),
-        ({"seed": -10}, "seed: expected integers >= 0, got -10"),
+        ({"seed": -10}, "seed: expected an integer >= 0, got -10"),
+        ({"seed": [1, 2, 1.5, 3, 4]}, "seed: expected an integer >= 0, got 1.5"),
+        ({"seed": "x"}, "seed: expected an integer >= 0, got 'x'"),
+        ({"options": {"mask": None}}, "options: expected no other than 'reset_mask', got 'mask'"),
         ({"options": {"reset_mask": [True] * N}}, "reset_mask: expected a tensor .* got list"),
         ({"options": {"reset_mask": torch.ones(3) > 0}}, "reset_mask: .*worlds=5.* got shape"),
     ],
