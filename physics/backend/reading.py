@@ -95,8 +95,7 @@ def lean() -> Iterator[None]:
     """
     ops, matrix = _module("ops"), _module("matrix")
     binary, ternary, both = ops._binary_operation, ops._ternary_operation, ops.logical_and
-    vector, denial = matrix.VectorType.__call__, ops.logical_not
-    denied: dict[str, Any] = {}
+    vector = matrix.VectorType.__call__
     core = ops._ti_core
     # Not those that Taichi translates otherwise if it sees a constant: quotients and remainders.
     plain = [core.expr_add, core.expr_sub, core.expr_mul, core.expr_bit_and, core.expr_bit_or]
@@ -111,15 +110,6 @@ def lean() -> Iterator[None]:
 
     def lean_both(a: Any, b: Any) -> Any:
         return b if a is True else both(a, b)  # with which each comparison begins
-
-    def lean_not(a: Any) -> Any:
-        if isinstance(a, _expression_type()):
-            if a is denied.get("not"):  # each choice denies its condition twice
-                return denied["what"]
-            if a.element_type() == ti.u1:
-                denied["what"], denied["not"] = a, denial(a)
-                return denied["not"]
-        return denial(a)
 
     def lean_vector(self: Any, *values: Any) -> Any:
         number = int | float | _expression_type()
@@ -139,7 +129,6 @@ def lean() -> Iterator[None]:
         _changed(ops, "_binary_operation", lean_binary),
         _changed(ops, "_ternary_operation", lean_ternary),
         _changed(ops, "logical_and", lean_both),
-        _changed(ops, "logical_not", lean_not),
         _changed(matrix.VectorType, "__call__", lean_vector),
         _changed(reader(), "get_pos_info", place),
     ):
