@@ -57,6 +57,8 @@ def _fill_lane(
     first -= first % 2
     top = T.f(-_FAR)
     end = T.f(_FAR)
+    if first + m.segments < points - 1:  # at the latest, it ends where its last place does
+        end = terrain[world, first + m.segments, 0]
     for k in range(m.segments):
         segment = S.at[m.window + lay.SEGMENT_ITEMS * k]
         index = ti.min(first + k, points - 2)

@@ -182,15 +182,32 @@ def test_the_ground_is_felt_along_the_whole_terrain(ground):
     x = torch.linspace(14.0, 1985.0, 400, dtype=DOUBLE)
     for depth in (0.01, -0.01):
         sim = Simulator("box-1x1", terrain, 400, dtype=DOUBLE)
-        sim.set_poses(at(sim, x, 0.0))
-        poses = sim.mass_poses()
-        reach = np.linspace(-0.6, 0.6, 1201)  # below a square; corners of the ground are near
-        below = terrain.height(poses[..., 0].numpy()[..., None] + reach).max(-1)
-        gap = poses[..., 1].numpy() - material.SQUARE_HALF - below
-        poses[..., 1] -= torch.from_numpy(gap.min(axis=(1, 2)) + depth).reshape(-1, 1, 1)
-        sim.set_poses(poses)
+        sim.set_poses(touching_by(depth, sim, terrain, x))
         assert bool(sim.touching().all()) == (depth > 0)
         assert bool(sim.touching().any()) == (depth > 0)
+
+
+def test_a_robot_that_goes_on_has_ground_under_it():
+    """Wherever it was, also where the window's places were just enough for the ground."""
+    xs = np.array([0.0, 10.0, 18.4, 24.3, 27.8, 37.9, 57.9, 77.9, 97.9])
+    terrain = Terrain.from_profile(xs, np.full(len(xs), 5.0))
+    x = torch.linspace(13.0, 45.0, 80)
+    sim = Simulator("box-1x1", terrain, 80, friction=0.0)
+    sim.set_poses(at(sim, x, 6.5), torch.tensor([20.0, 0.0, 0.0]).expand(80, 1, 4, 3))
+    sim.run(torch.zeros(100, 80, 1))
+    assert bool((sim.center_of_mass()[:, 0] > x + 20).all())
+    assert bool((sim.mass_poses()[..., 1] > 5.5).all())
+
+
+def touching_by(depth: float, sim: Simulator, terrain: Terrain, x: torch.Tensor) -> torch.Tensor:
+    """Poses at these places, so deep in the ground [m]."""
+    sim.set_poses(at(sim, x, 0.0))
+    poses = sim.mass_poses()
+    reach = np.linspace(-0.6, 0.6, 1201)  # below a square; corners of the ground are near
+    below = terrain.height(poses[..., 0].numpy()[..., None] + reach).max(-1)
+    gap = poses[..., 1].numpy() - material.SQUARE_HALF - below
+    poses[..., 1] -= torch.from_numpy(gap.min(axis=(1, 2)) + depth).reshape(-1, 1, 1)
+    return poses
 
 
 def test_a_robot_that_leaves_the_ground_stands_still():
