@@ -40,7 +40,7 @@ class Scenarios:
         """
         each = list(individuals)
         return cls(
-            [_terrain(terrain, seeds.terrain_seed(*one)) for one in each],
+            _terrains(terrain, [seeds.terrain_seed(*one) for one in each]),
             [seeds.derive(run, "world", *rest) for run, *rest in each],
             [seeds.derive(run, "init", *rest) for run, *rest in each],
         )
@@ -58,7 +58,7 @@ class Scenarios:
             seed: Decides noise, damage and the initial weights.
         """
         return cls(
-            [_terrain(terrain, each) for each in terrain_seeds],
+            _terrains(terrain, terrain_seeds),
             [seeds.derive(seed, "unseen", each) for each in terrain_seeds],
             [seeds.derive(seed, "unseen-init", each) for each in terrain_seeds],
         )
@@ -111,5 +111,13 @@ def damage(config: EvolveConfig, n_voxels: int) -> Damage | None:
     )
 
 
-def _terrain(spec: str | Terrain, seed: int) -> Terrain:
-    return spec if isinstance(spec, Terrain) else Terrain.from_name(spec, seed)
+def _terrains(spec: str | Terrain, terrain_seeds: Sequence[int]) -> list[Terrain]:
+    """A terrain for each seed; those of an open name are drawn together, which is faster."""
+    if isinstance(spec, Terrain):
+        return [spec] * len(terrain_seeds)
+    if not terrain_seeds:
+        return []
+    first = Terrain.from_name(spec, terrain_seeds[0])
+    if first.name == spec:  # a full name
+        return [first] * len(terrain_seeds)
+    return Terrain.from_open_name(spec, terrain_seeds)

@@ -1,8 +1,10 @@
 """Seeds: functions of what they are for, apart from each other."""
 
+import numpy as np
 import pytest
 
 from experiments.rollout import Scenarios, seeds
+from physics import Terrain
 
 
 def test_a_seed_never_changes() -> None:
@@ -57,3 +59,16 @@ def test_a_scenario_draws_its_weights_apart_from_its_noise_and_damage() -> None:
         Scenarios.unseen("flat", range(6), seed=1),
     ):
         assert len({*scenarios.world_seeds, *scenarios.init_seeds}) == 2 * 6
+
+
+@pytest.mark.parametrize("ground", ["hilly-3-30", "steppy-1-5", "hilly-3-30-7", "flat"])
+def test_each_individual_has_the_terrain_of_its_seed(ground: str) -> None:
+    individuals = [(run, 2, index) for run in (0, 5) for index in range(4)]
+    terrains = Scenarios.training(ground, individuals).terrains
+    for terrain, individual in zip(terrains, individuals, strict=True):
+        alone = Terrain.from_name(ground, seeds.terrain_seed(*individual))
+        assert terrain.name == alone.name
+        assert np.array_equal(terrain.ys, alone.ys)
+    fixed = terrains[0]
+    assert Scenarios.training(fixed, individuals).terrains == [fixed] * len(individuals)
+    assert Scenarios.unseen(ground, []).terrains == []
