@@ -11,20 +11,17 @@
 
 from __future__ import annotations
 
-import io
 import os
 import secrets
 import shutil
-import zipfile
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import IO, Any
 
-import torch
-
 from experiments.config import EvolveConfig
+from experiments.io import torchfile
 from experiments.io.atomic import remove_leftovers, write_atomically
 from experiments.io.formats import require_format
 from experiments.io.locks import LOCK, lock_folder
@@ -39,7 +36,7 @@ __all__ = [
     "read_config",
 ]
 
-_FORMAT = 1  # of checkpoint.pt
+_FORMAT = 2  # of checkpoint.pt
 
 
 @dataclass
@@ -176,16 +173,15 @@ class RunStore:
 
     def _content(self, checkpoint: Checkpoint) -> bytes:
         """Of the file."""
-        content = {
-            "format": _FORMAT,
-            "config": self.config.to_json(),
-            "generation": checkpoint.generation,
-            "strategy": checkpoint.strategy,
-            "history": checkpoint.history.to_tensor(),
-        }
-        buffer = io.BytesIO()
-        torch.save(content, buffer)
-        return buffer.getvalue()
+        return torchfile.saved(
+            {
+                "format": _FORMAT,
+                "config": self.config.to_json(),
+                "generation": checkpoint.generation,
+                "strategy": checkpoint.strategy,
+                "history": checkpoint.history.to_tensor(),
+            }
+        )
 
     def require_own(self) -> None:
         """See that the folder is still the one that this process has locked.
@@ -224,12 +220,11 @@ def read_checkpoint(folder: Path, config: EvolveConfig) -> Checkpoint:
     """
     path = folder / CHECKPOINT
     try:
-        # torch.load does not look at the checksums.
-        with zipfile.ZipFile(path) as archive:
-            if damaged := archive.testzip():
-                raise ValueError(f"wrong checksum in {damaged}")
-        content = torch.load(path, weights_only=True)
-        require_format(content["format"], _FORMAT)
+        content, sealed = torchfile.load(path)
+        if content["format"] != 1 or sealed:  # files in format 1 had no digest
+            require_format(content["format"], _FORMAT)
+            if not sealed:
+                raise ValueError("without its digest")
         saved_config = EvolveConfig.from_json(content["config"])
         checkpoint = Checkpoint(
             generation=content["generation"],

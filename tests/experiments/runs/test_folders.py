@@ -15,7 +15,8 @@ from experiments.config import EvolveConfig
 from experiments.evolution.evolve import Session
 from experiments.runs.archive import Archive
 from experiments.runs.champions import Champions
-from experiments.runs.folder import Checkpoint, RunStore
+from experiments.runs.config_file import read_config
+from experiments.runs.folder import Checkpoint, RunStore, read_checkpoint
 
 SMALL = EvolveConfig(population=4, generations=2)
 START = Checkpoint(0, {"genomes": torch.zeros(4, 3)})
@@ -157,25 +158,50 @@ def champions(tmp_path: Path) -> Path:
     return tmp_path
 
 
+def read_state(folder: Path) -> None:
+    """The options and the checkpoint of a run."""
+    read_checkpoint(folder, read_config(folder))
+
+
 @pytest.mark.parametrize(
     ("name", "load"),
-    [("champion.safetensors", Champions.load), ("archive.safetensors", Archive.load)],
+    [
+        ("champion.safetensors", Champions.load),
+        ("archive.safetensors", Archive.load),
+        ("checkpoint.pt", read_state),
+        ("config.json", read_state),
+    ],
 )
 def test_every_flipped_bit_is_noticed(champions: Path, name: str, load) -> None:
+    with RunStore.create(champions / "run", SMALL, START) as store:
+        for file in store.folder.iterdir():
+            file.rename(champions / file.name)
     path = champions / name
     whole = path.read_bytes()
     for place in range(len(whole)):
         path.write_bytes(
             whole[:place] + bytes([whole[place] ^ 1 << place % 8]) + whole[place + 1 :]
         )
-        with pytest.raises(ValueError, match="run: cannot read"):
+        with pytest.raises(ValueError, match="(run|resume): cannot (read|use)"):
             load(champions)
     for length in range(0, len(whole), 7):
         path.write_bytes(whole[:length])
-        with pytest.raises(ValueError, match="run: cannot read"):
+        with pytest.raises(ValueError, match="(run|resume): cannot (read|use)"):
             load(champions)
     path.write_bytes(whole)
     load(champions)
+
+
+def test_a_checkpoint_of_before_there_was_a_digest_is_read(tmp_path: Path) -> None:
+    """One in the format of now without a digest has lost it."""
+    with RunStore.create(tmp_path / "run", SMALL, START) as store:
+        path = store.folder / "checkpoint.pt"
+    checkpoint = torch.load(path, weights_only=True)
+    torch.save({**checkpoint, "format": 1}, path)
+    read_state(tmp_path / "run")
+    torch.save(checkpoint, path)
+    with pytest.raises(ValueError, match="without its digest"):
+        read_state(tmp_path / "run")
 
 
 def test_champions_of_before_there_was_a_digest_are_read_with_a_warning(
@@ -212,6 +238,6 @@ def test_newer_formats_are_refused_by_saying_so(champions: Path) -> None:
         Champions.load(champions)
     with RunStore.create(champions / "run", SMALL, START) as store:
         checkpoint = torch.load(store.folder / "checkpoint.pt", weights_only=True)
-        torch.save({**checkpoint, "format": 2}, store.folder / "checkpoint.pt")
-    with pytest.raises(ValueError, match="at most 1, got 2, which a newer version of hebbtorch"):
+        torch.save({**checkpoint, "format": 3}, store.folder / "checkpoint.pt")
+    with pytest.raises(ValueError, match="at most 2, got 3, which a newer version of hebbtorch"):
         RunStore.resume(champions / "run")
