@@ -39,7 +39,7 @@ EXPERIMENTS = {
     "campaign": "analysis config evolution io report rollout runs",
     "bench": "config evolution io rollout runs",
     "studies": "campaign config",
-    "soak": "campaign config io runs",
+    "soak": "config evolution io runs",
     "cli": "analysis bench campaign config evolution io report runs soak studies validate",
 }
 

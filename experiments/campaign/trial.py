@@ -12,7 +12,6 @@ import torch
 from ray import tune
 
 from experiments.analysis.presentation import log_champion
-from experiments.campaign.execution import open_session
 from experiments.config import EvolveConfig
 from experiments.evolution.evolve import Session
 from experiments.runs.history import HistoryRow
@@ -52,8 +51,8 @@ class ConditionTrial(tune.Trainable):
                 f"the storage that all nodes share, or tell where it is with {ROOT_VARIABLE}"
             )
         options = EvolveConfig.from_json(condition["options"])
-        self._session: Session = open_session(
-            options, root / condition["folder"], root / condition["overview"]
+        self._session: Session = Session.open(
+            options, root / condition["folder"], overview=root / condition["overview"]
         )
 
     def step(self) -> dict[str, Any]:

@@ -77,6 +77,16 @@ class Session:
         self._started = time.perf_counter() - start.history.seconds
 
     @classmethod
+    def open(cls, config: EvolveConfig, folder: Path, *, overview: Path | None = None) -> Session:
+        """Begin an evolution in a folder, or take it up where it stood if the folder exists.
+
+        Arguments and errors are those of `create` and `resume`.
+        """
+        if folder.exists():
+            return cls.resume(folder, overview=overview)
+        return cls.create(config, folder, overview=overview)
+
+    @classmethod
     def create(cls, config: EvolveConfig, folder: Path, *, overview: Path | None = None) -> Session:
         """Begin an evolution in a new folder.
 
@@ -103,7 +113,7 @@ class Session:
 
         Args:
             folder: The folder of the run.
-            generations: as in `resume` of this module.
+            generations: how many it shall have from now on; None: as many as before.
             overview: as in `create`.
 
         Raises:

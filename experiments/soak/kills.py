@@ -22,8 +22,8 @@ from typing import Any
 
 import numpy as np
 
-from experiments.campaign.execution import open_session
 from experiments.config import EvolveConfig
+from experiments.evolution.evolve import Session
 from experiments.io.locks import LOCK
 from experiments.runs.names import ARCHIVE, CHAMPIONS, CONFIG, HISTORY
 
@@ -154,7 +154,7 @@ def _be_victim(folder: Path, event: int, size: int, witness: Path) -> None:
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
     try:
-        with open_session(CONFIG_OF_VICTIMS, folder) as session:
+        with Session.open(CONFIG_OF_VICTIMS, folder) as session:
             while not session.evolved:
                 session.step()
             session.finish()

@@ -18,13 +18,13 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 from tensorboard.plugins.custom_scalar import layout_pb2
 
 from experiments.campaign import cost, plan
-from experiments.campaign.execution import open_session
 from experiments.campaign.grid import Condition, Grid, Scale
 from experiments.campaign.launch import run_campaign
 from experiments.campaign.options import CampaignOptions
 from experiments.campaign.root import CampaignRoot, ConditionStatus
 from experiments.campaign.study import Study
 from experiments.config import EvolveConfig
+from experiments.evolution.evolve import Session
 from experiments.runs.champions import Champions
 from tests.experiments.held import COMMAND, held, lines
 
@@ -172,7 +172,7 @@ def test_a_failure_loses_nothing_else(
     declared = json.loads((finished / "campaign.json").read_text())
     (root / "campaign.json").write_text(json.dumps(declared))
     folder = root / "conditions" / HEBBIAN
-    with open_session(replace(first.config, threads=1), folder):  # someone else works there
+    with Session.open(replace(first.config, threads=1), folder):  # someone else works there
         assert run(BOTH, out=root) == 1
     assert_same_results(root, finished, MLP)
     told = capsys.readouterr().out
@@ -222,11 +222,11 @@ def test_dry_run_tells_what_is_done(tmp_path: Path, capsys: pytest.CaptureFixtur
     scale = replace(SCALE, generations=3)
     hebbian, mlp = BOTH.conditions(scale)
     with root.declare(scale, {BOTH: (hebbian, mlp)}):
-        with open_session(hebbian.config, root.condition(HEBBIAN)) as session:
+        with Session.open(hebbian.config, root.condition(HEBBIAN)) as session:
             session.step()
             session.step()
         assert root.status(hebbian).generation == 2
-        with open_session(mlp.config, root.condition(MLP)) as session:
+        with Session.open(mlp.config, root.condition(MLP)) as session:
             for _ in range(3):
                 session.step()
             assert not root.status(mlp).finished
