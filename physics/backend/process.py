@@ -8,6 +8,8 @@ import os
 import threading
 from typing import Any
 
+import torch
+
 from physics.backend.compile_cache import cache_folder, some_home
 from physics.backend.compiler_thread import CompilerThread
 from physics.backend.language import NAME, current_program, impl, ti
@@ -149,9 +151,14 @@ def _stop() -> None:
 
 
 def _after_fork_in_child() -> None:
-    """The lock and the compiler are those of the parent."""
+    """The lock and the compiler are those of the parent.
+
+    So are the threads of OpenMP, for which the child would wait for ever: it has one, as the
+    workers of PyTorch's DataLoader.
+    """
     process.lock = threading.RLock()
     process.compiler = CompilerThread()
+    torch.set_num_threads(1)
 
 
 os.register_at_fork(

@@ -92,6 +92,22 @@ for call in (work, lambda: sim.step(torch.zeros(1, 1))):
 """
 
 
+# Large tensors are computed by several threads, which a fork lacks.
+FORK_AFTER_OPENMP = """
+import multiprocessing
+
+torch.set_num_threads(2)
+compute = lambda: torch.ones(4_000_000).sum()
+compute()
+process = multiprocessing.get_context("fork").Process(target=compute)
+process.start()
+process.join(120)
+ended = process.exitcode
+process.kill()
+assert ended == 0
+"""
+
+
 @pytest.fixture(scope="module")
 def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """An empty cache of kernels; the first test of the module fills it."""
@@ -112,7 +128,7 @@ def test_threads_may_all_be_the_first(cache: Path) -> None:
     assert ended.returncode == 0, ended.stderr
 
 
-@pytest.mark.parametrize("script", [FORK, C_FORK, TAICHI_BEFORE, TAICHI_AFTER])
+@pytest.mark.parametrize("script", [FORK, C_FORK, FORK_AFTER_OPENMP, TAICHI_BEFORE, TAICHI_AFTER])
 def test_each_works_or_is_refused_and_the_process_ends_well(cache: Path, script: str) -> None:
     ended = run(script, cache)
     assert ended.returncode == 0, ended.stderr
