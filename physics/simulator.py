@@ -11,7 +11,6 @@ from torch import Tensor
 
 from physics import backend, checks
 from physics.engine import kernels
-from physics.engine.memory import layout as lay
 from physics.engine.memory.grouping import Grouping, lanes_for_robots
 from physics.engine.memory.settings import Engine
 from physics.scene import clock, material
@@ -23,7 +22,6 @@ from physics.scene.sensors import Apparatus
 from physics.scene.terrain import Terrain
 from physics.worlds import selection
 from physics.worlds.batch import Batch
-from physics.worlds.first_states import varied
 from physics.worlds.handling import Handled
 from physics.worlds.launcher import extent
 from physics.worlds.seeds import world_seeds
@@ -325,20 +323,6 @@ class Simulator(Handled):
             ValueError: the duration is negative or not finite.
         """
         return -(-clock.steps_in(duration) // self.control_interval)
-
-    def _bytes_per_world(self) -> int:
-        """Least memory that a world takes, with what is copied when it is made [bytes]."""
-        items = self.n_voxels * lay.VOXEL_ITEMS
-        return 2 * items * (8 if self.dtype == torch.float64 else 4)
-
-    def _features(self) -> backend.Features:
-        """What kernels must have to simulate these robots."""
-        each = [self._engine.features(body.morphology) for body in self.bodies.unlike]
-        return backend.Features(
-            any(features.self_collision for features in each),
-            any(features.continuous for features in each),
-            varied(self._conditions, self.bodies),
-        )
 
 
 def _friction(engine: Engine, friction: Any) -> Any:

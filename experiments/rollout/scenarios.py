@@ -113,11 +113,7 @@ def damage(config: EvolveConfig, n_voxels: int) -> Damage | None:
 
 def _terrains(spec: str | Terrain, terrain_seeds: Sequence[int]) -> list[Terrain]:
     """A terrain for each seed; those of an open name are drawn together, which is faster."""
-    if isinstance(spec, Terrain):
-        return [spec] * len(terrain_seeds)
-    if not terrain_seeds:
-        return []
-    first = Terrain.from_name(spec, terrain_seeds[0])
-    if first.name == spec:  # a full name
-        return [first] * len(terrain_seeds)
-    return Terrain.from_open_name(spec, terrain_seeds)
+    if isinstance(spec, str) and Terrain.is_open(spec):
+        return Terrain.from_open_name(spec, terrain_seeds)
+    one = spec if isinstance(spec, Terrain) else Terrain.from_name(spec)
+    return [one] * len(terrain_seeds)

@@ -37,7 +37,7 @@ def any_lane(mask, T: ti.template()):
     LLVM makes two instructions of this chain, but one after the other of a chain of ``max``.
     """
     flags = ti.select(mask, T.flags(1), T.flags(0))
-    union, _ = ti.static((T.union(flags), 0))
+    union, _ = ti.static((T.union(flags), 0))  # static takes no expression that stands alone
     return union != 0
 
 

@@ -37,7 +37,8 @@ class Terrains:
         self._ready: dict[tuple[int, int], Terrain] = {}  # by seed and episode
         if callable(ground):
             self._make = ground
-        elif isinstance(ground, str) and _is_open(ground):
+        elif isinstance(ground, str) and Terrain.is_open(ground):
+            Terrain.from_name(ground, 0)  # refuses wrong numbers at once
             self._name = ground
         elif isinstance(ground, str):
             self._fixed = Terrain.from_name(ground)
@@ -95,16 +96,3 @@ class Terrains:
 def _draws(seeds: np.ndarray, episodes: np.ndarray) -> list[int]:
     """The seeds of the terrains of some worlds' episodes."""
     return (mixed(seeds + np.uint64(_STREAM), episodes) >> 1).tolist()
-
-
-def _is_open(name: str) -> bool:
-    """Whether a name becomes one of a terrain by a seed."""
-    try:
-        Terrain.from_name(name)
-    except ValueError:
-        try:
-            Terrain.from_name(f"{name}-0")
-        except ValueError:
-            return False
-        return True
-    return False

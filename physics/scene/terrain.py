@@ -66,7 +66,19 @@ class Terrain:
             ValueError: if the name is unknown, has another number of fields, a field is not a
                 number in range, or the ground would reach farther than 1e7 m.
         """
-        return cls._of_names([f"{name}-{seed}" if seed is not None and _is_open(name) else name])[0]
+        return cls._of_names(
+            [f"{name}-{seed}" if seed is not None and cls.is_open(name) else name]
+        )[0]
+
+    @staticmethod
+    def is_open(name: str) -> bool:
+        """Whether a name of the catalogue lacks its seed and nothing else.
+
+        Raises:
+            ValueError: the name is unknown.
+        """
+        form, fields = _fields_of(name)
+        return form.endswith("-seed") and len(fields) == form.count("-") - 1
 
     @classmethod
     def from_open_name(cls, name: str, seeds: Sequence[int]) -> list[Terrain]:
@@ -80,7 +92,7 @@ class Terrain:
         Raises:
             ValueError: as `from_name`, or the name is complete or has no seed.
         """
-        if not _is_open(name):
+        if not cls.is_open(name):
             raise ValueError(
                 f"terrain: expected a name without its seed, such as hilly-3-30, got {name!r}"
             )
@@ -164,12 +176,6 @@ def _fields_of(name: Any) -> tuple[str, list[str]]:
     if family not in _FAMILIES:
         raise ValueError(f"terrain: expected one of {', '.join(_FORMS)}, got {name!r}")
     return _FAMILIES[family][0], fields
-
-
-def _is_open(name: Any) -> bool:
-    """Whether a name of the catalogue lacks its seed and nothing else."""
-    form, fields = _fields_of(name)
-    return form.endswith("-seed") and len(fields) == form.count("-") - 1
 
 
 def _parse(field: str, text: str, name: str) -> Any:

@@ -14,6 +14,7 @@ from torch import Tensor
 from physics import backend, checks
 from physics.engine import kernels
 from physics.engine.contacts import terrain_window
+from physics.engine.memory import layout as lay
 from physics.engine.memory import model
 from physics.engine.memory import state as st
 from physics.engine.memory.grouping import Grouping
@@ -25,7 +26,7 @@ from physics.scene.conditions import Conditions
 from physics.scene.damage import Damage
 from physics.worlds.batch import Batch
 from physics.worlds.contents import Contents
-from physics.worlds.first_states import own_items
+from physics.worlds.first_states import own_items, varied
 from physics.worlds.observations import Observed
 
 __all__ = ["Launcher", "extent"]
@@ -126,6 +127,20 @@ class Launcher(Contents, Observed):
         """Makes the terrain window as wide as the batch needs it by now."""
         self._build()
         self._state = st.widened(self._state, self._model.layout)
+
+    def _bytes_per_world(self) -> int:
+        """Least memory that a world takes, with what is copied when it is made [bytes]."""
+        items = self.n_voxels * lay.VOXEL_ITEMS
+        return 2 * items * (8 if self.dtype == torch.float64 else 4)
+
+    def _features(self) -> backend.Features:
+        """What kernels must have to simulate these robots."""
+        each = [self._engine.features(body.morphology) for body in self.bodies.unlike]
+        return backend.Features(
+            any(features.self_collision for features in each),
+            any(features.continuous for features in each),
+            varied(self._conditions, self.bodies),
+        )
 
     def _require_countable(self, steps: int) -> None:
         """Raises ValueError unless worlds can count so many more steps."""

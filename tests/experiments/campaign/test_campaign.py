@@ -2,13 +2,10 @@
 
 import csv
 import json
-import math
 import os
 import re
 import shutil
 import signal
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,25 +14,13 @@ import torch
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 from tensorboard.plugins.custom_scalar import layout_pb2
 
-from experiments.campaign import cost, plan
-from experiments.campaign.grid import Condition, Grid, Scale
-from experiments.campaign.launch import run_campaign
-from experiments.campaign.options import CampaignOptions
-from experiments.campaign.root import CampaignRoot, ConditionStatus
+from experiments.campaign.grid import Grid, Scale
+from experiments.campaign.root import CampaignRoot
 from experiments.campaign.study import Study
-from experiments.config import EvolveConfig
 from experiments.evolution.evolve import Session
 from experiments.runs.champions import Champions
-from tests.experiments.held import COMMAND, held, lines
-
-SCALE = Scale(runs=2, generations=2, population=8, duration=0.5, seed=3)
-WORM = EvolveConfig(shape="worm-2x1")
-BOTH = Study("both", "which?", (Grid(WORM, {"controller": ("hebbian", "mlp")}),))
-HEBBIAN, MLP = "worm-2x1-low-hebbian", "worm-2x1-low-mlp"
-
-
-def run(*studies: Study, out: Path, scale: Scale = SCALE, **options: object) -> int:
-    return run_campaign(studies, CampaignOptions(out=out, scale=scale, threads=1, **options))
+from tests.experiments.campaign.small import BOTH, HEBBIAN, MLP, SCALE, WORM, run, snapshot
+from tests.experiments.held import held, lines
 
 
 def results(root: Path, name: str) -> tuple[list[list[str]], Champions]:
@@ -51,15 +36,6 @@ def assert_same_results(root: Path, expected: Path, name: str) -> None:
     assert champions.config == others.config
     assert torch.equal(champions.genomes, others.genomes)
     assert torch.equal(champions.fitness, others.fitness)
-
-
-def snapshot(folder: Path) -> dict[str, tuple[int, int]]:
-    """Which files there are, and whether they were written anew."""
-    found = {}
-    for path in folder.rglob("*"):
-        status = path.stat()
-        found[str(path.relative_to(folder))] = (status.st_ino, status.st_mtime_ns)
-    return found
 
 
 @pytest.fixture(scope="module")
@@ -205,79 +181,6 @@ def test_figures_that_fail_are_told(
     assert "figure no_such_figure:" in capsys.readouterr().out
 
 
-def test_dry_run_tells_and_writes_nothing(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert run(BOTH, out=tmp_path / "root", dry_run=True) == 0
-    assert list(tmp_path.iterdir()) == []
-    _, hebbian, mlp, total = capsys.readouterr().out.splitlines()
-    assert hebbian.split()[:4] == [HEBBIAN, "2", "2", "32"]  # runs, generations, evaluations
-    assert hebbian.endswith("to do ")
-    assert mlp.split()[0] == MLP
-    assert total.split()[:3] == ["2", "conditions", "64"]
-
-
-def test_dry_run_tells_what_is_done(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    root = CampaignRoot(tmp_path / "root")
-    scale = replace(SCALE, generations=3)
-    hebbian, mlp = BOTH.conditions(scale)
-    with root.declare(scale, {BOTH: (hebbian, mlp)}):
-        with Session.open(hebbian.config, root.condition(HEBBIAN)) as session:
-            session.step()
-            session.step()
-        assert root.status(hebbian).generation == 2
-        with Session.open(mlp.config, root.condition(MLP)) as session:
-            for _ in range(3):
-                session.step()
-            assert not root.status(mlp).finished
-            session.finish()
-    before = snapshot(root.path)
-    assert run(BOTH, out=root.path, scale=scale, dry_run=True) == 0
-    assert snapshot(root.path) == before
-    _, first, second, _ = capsys.readouterr().out.splitlines()
-    assert "goes on at generation 3" in first
-    assert second.split()[-1] == "done"
-
-
-def test_estimates_go_by_what_is_left() -> None:
-    conditions = [Condition(name, replace(WORM, generations=4, duration=0.5)) for name in "abc"]
-    statuses = {
-        "a": ConditionStatus(),
-        "b": ConditionStatus(3),
-        "c": ConditionStatus(4, finished=True),
-    }
-    whole, rest, none = plan.estimate(conditions, statuses)
-    steps = 0  # of an episode, as the simulator counts them
-    t = 0.0
-    while t < 0.5:
-        t += 1 / 60
-        steps += 1
-    assert whole.evaluations == 40 * 4
-    assert whole.robot_steps == 40 * 4 * steps
-    assert whole.seconds > 0
-    assert math.isclose(rest.seconds, whole.seconds / 4)
-    assert none.seconds == 0
-
-
-def test_time_left_goes_by_the_time_taken() -> None:
-    worm = replace(WORM, generations=10)  # 2 voxels
-    box = replace(worm, shape="box-2x2")  # 4 voxels
-    assert cost.seconds_left([(worm, 0, 0.0)]) is None
-    # 5 of 10 generations in 30 s; left: as much again, and 10 generations of twice the size
-    assert cost.seconds_left([(worm, 5, 30.0), (box, 0, 0.0)]) == pytest.approx(30 + 120)
-    assert cost.seconds_left([(worm, 10, 30.0)]) == 0
-
-
-def test_expected_disk_is_about_what_a_run_takes(tmp_path: Path) -> None:
-    study = Study("large", "?", (Grid(EvolveConfig(shape="worm-7x1", sensors="high")),))
-    scale = replace(SCALE, generations=8, duration=0.1)
-    assert run(study, out=tmp_path / "root", scale=scale) == 0
-    (condition,) = study.conditions(scale)
-    folder = tmp_path / "root" / "conditions" / condition.name
-    size = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
-    assert 0.7 < cost.disk_bytes(condition.config) / size < 1.4
-
-
 def test_what_is_no_campaign_is_refused(tmp_path: Path) -> None:
     (tmp_path / "letter.txt").write_text("dear")
     with pytest.raises(ValueError, match="out: expected a new folder or a campaign's, .*letter"):
@@ -311,52 +214,9 @@ def test_a_condition_of_another_scale_is_refused(finished: Path, tmp_path: Path)
     assert not root.condition(HEBBIAN).exists()
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"scale": replace(SCALE, runs=0)}, "runs: expected an integer >= 1, got 0"),
-        ({"scale": replace(SCALE, duration=math.nan)}, "duration: expected a finite number"),
-        ({"device": "tpu"}, "device: expected"),
-        ({"gpus": 0.5}, "gpus: expected a share >= 0, and none without --cluster, got 0.5"),
-        ({"gpus": -1.0, "cluster": "ray"}, "gpus: expected a share >= 0"),
-    ],
-)
-def test_wrong_options_are_refused(tmp_path: Path, options: dict, message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        run(BOTH, out=tmp_path / "root", **options)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_campaigns_without_a_proper_study_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="study: expected the name of one or several"):
-        run(out=tmp_path / "root")
-    with pytest.raises(ValueError, match="study: expected another name than 'conditions'"):
-        run(Study("conditions", "?", BOTH.grids), out=tmp_path / "root")
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_only_one_process_works_in_a_folder(finished: Path) -> None:
     with (
         CampaignRoot(finished).declare(SCALE, {BOTH: BOTH.conditions(SCALE)}),
         pytest.raises(ValueError, match="another process is working in"),
     ):
         run(BOTH, out=finished)
-
-
-def test_help_tells_what_can_be_studied() -> None:
-    shown = subprocess.run([*COMMAND, "campaign", "--help"], capture_output=True, text=True)
-    assert shown.returncode == 0
-    for word in ("STUDY", "--out", "--seed", "--runs", "--dry-run", "--cluster", "--grid"):
-        assert word in shown.stdout
-
-
-def test_a_script_is_the_command(tmp_path: Path) -> None:
-    script = [sys.executable, "-m", "experiments.studies.true_learning"]
-    arguments = ["--quick", "--dry-run", "--threads", "1", "--out", str(tmp_path / "root")]
-    shown = subprocess.run([*script, *arguments], capture_output=True, text=True, check=True)
-    names = [line.split()[0] for line in shown.stdout.splitlines()[1:3]]
-    assert names == ["biped-4x3-high-hebbian", "worm-7x1-high-hebbian"]
-    wrong = subprocess.run([*script, "--quick"], capture_output=True, text=True)
-    assert wrong.returncode == 2
-    assert "--out" in wrong.stderr
-    assert list(tmp_path.iterdir()) == []
