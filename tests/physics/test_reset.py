@@ -133,6 +133,30 @@ def test_what_is_worked_out_ahead_is_what_a_reset_does(later):
     assert all(torch.equal(*pair) for pair in zip(episode(sim), episode(kept), strict=True))
 
 
+@pytest.mark.parametrize(
+    ("moved", "asked"), [(True, {"seeds": [5, 6, 5]}), (True, {"terrains": FLAT}), (False, {})]
+)
+def test_what_is_worked_out_for_another_episode_is_left(moved, asked):
+    """Another seed or terrain; or the same episode again, for the worlds have not moved."""
+    sim, kept = batch(WORLDS), batch(WORLDS)
+    if moved:
+        for each in (sim, kept):
+            episode(each)
+    sim.prepare(SOME)
+    assert torch.equal(sim.reset(SOME, **asked), kept.reset(SOME, **asked))
+    assert all(torch.equal(*pair) for pair in zip(episode(sim), episode(kept), strict=True))
+
+
+def test_what_is_worked_out_is_not_for_worlds_that_are_loaded():
+    sim, kept = batch(WORLDS, terrain=None), batch(WORLDS, terrain=None)
+    kept.reset(seeds=[world + 1 for world in WORLDS])
+    episode(kept)
+    sim.prepare(SOME)
+    sim.load_state_dict(kept.state_dict())
+    assert torch.equal(sim.reset(SOME), kept.reset(SOME))
+    assert all(torch.equal(*pair) for pair in zip(episode(sim), episode(kept), strict=True))
+
+
 def test_a_reset_that_was_foreseen_works_nothing_out(monkeypatch):
     sim, kept = batch(WORLDS), batch(WORLDS)
     for each in (sim, kept):
