@@ -16,6 +16,7 @@ def validate(
     out: Path | None = None,
     seed: int = 0,
     trajectory: tuple[Path, ...] = (),
+    device: str = "cpu",
 ) -> None:
     """Compare the simulator with recorded runs; exit code 1 if any case fails.
 
@@ -29,11 +30,15 @@ def validate(
         out: Folder for pictures of recorded runs and ours; by default none are drawn.
         seed: Decides the motions in the cases that need no recorded run.
         trajectory: Files that `record` wrote: replay their actuation, and only that.
+        device: Where to simulate: cpu, or cuda where PyTorch finds a GPU.
     """
     from experiments.validate import validate as run_validation
 
     one_thread()
-    sys.exit(run_validation(reference, json, out, seed=seed, trajectories_of=trajectory))
+    code = run_validation(
+        reference, json, out, seed=seed, device=device, trajectories_of=trajectory
+    )
+    sys.exit(code)
 
 
 def bench(

@@ -10,7 +10,7 @@ import torch
 
 from experiments.validate.case import Case, Check, Outcome, Setting, Tolerance
 from experiments.validate.motion import DTYPES
-from physics import Simulator, Terrain
+from physics import Terrain
 
 __all__ = ["cases"]
 
@@ -41,9 +41,7 @@ def _trajectory(label: str, setting: Setting, worlds: int, place: int, threads: 
     terrains = [
         Terrain.from_name(f"hilly-3-30-{(world - place) % _HILLS}") for world in range(worlds)
     ]
-    sim = Simulator(
-        _SHAPE, terrains, worlds, dtype=DTYPES[label], engine=setting.engine, threads=threads
-    )
+    sim = setting.simulator(_SHAPE, terrains, worlds, dtype=DTYPES[label], threads=threads)
     generator = torch.Generator().manual_seed(setting.seed)
     phase = 2 * math.pi * torch.rand(sim.n_voxels, generator=generator, dtype=torch.float64)
     times = torch.arange(60 * _SECONDS, dtype=torch.float64)[:, None, None] / 60
@@ -53,4 +51,4 @@ def _trajectory(label: str, setting: Setting, worlds: int, place: int, threads: 
     for second in actuations.split(60):
         sim.run(second)
         history += [sim.mass_poses()[place], sim.mass_velocities()[place]]
-    return torch.stack(history).numpy()
+    return torch.stack(history).cpu().numpy()

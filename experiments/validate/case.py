@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
-from physics import Engine
+from physics import Engine, Morphology, Simulator, Terrain
 
 __all__ = [
     "Case",
@@ -151,10 +151,39 @@ class Setting:
     Attributes:
         engine: settings of the simulator under test.
         seed: The seed of the cases that draw their own motions.
+        device: on which it simulates, "cpu" or "cuda".
     """
 
     engine: Engine = field(default_factory=Engine)
     seed: int = 0
+    device: str = "cpu"
+
+    def simulator(
+        self,
+        shape: str | Morphology,
+        terrain: Terrain | Sequence[Terrain] | None,
+        n_worlds: int = 1,
+        *,
+        engine: Engine | None = None,
+        **conditions: Any,
+    ) -> Simulator:
+        """A simulator under test.
+
+        Args:
+            shape: See `Simulator`, also for the next two.
+            terrain: The ground of the worlds.
+            n_worlds: The number of worlds.
+            engine: by default the one that all cases share.
+            **conditions: other arguments of `Simulator`.
+        """
+        return Simulator(
+            shape,
+            terrain,
+            n_worlds,
+            engine=engine or self.engine,
+            device=self.device,
+            **conditions,
+        )
 
 
 @dataclass(frozen=True)

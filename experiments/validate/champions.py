@@ -13,7 +13,7 @@ import hebbtorch
 from experiments.rollout import Episode
 from experiments.validate.case import Case, Check, Outcome, Setting, Skip, Tolerance
 from experiments.validate.recordings import Recordings
-from physics import Morphology, Simulator, Terrain
+from physics import Morphology, Terrain
 
 __all__ = ["cases"]
 
@@ -87,17 +87,14 @@ def _read(recordings: Recordings, name: str, shape: str, sensors: str, kind: str
 
 def _replay(champions: _Champions, setting: Setting) -> Outcome:
     count = len(champions.genomes)
-    sim = Simulator(
-        champions.morphology,
-        champions.terrains,
-        count,
-        sensors=champions.sensors,
-        engine=setting.engine,
+    sim = setting.simulator(
+        champions.morphology, champions.terrains, count, sensors=champions.sensors
     )
     sizes = [sim.n_readings, sim.n_readings, sim.n_voxels]
     network = _NETWORKS[champions.kind](sizes, population=(count,))
     network.set_genomes(torch.from_numpy(champions.genomes).float())
-    ours = Episode(sim, network, _DURATION).finish().speed.numpy()
+    network.to(sim.device)
+    ours = Episode(sim, network, _DURATION).finish().speed.cpu().numpy()
     plain, other = champions.recorded[_PLAIN], champions.recorded[_OTHER]
     medians = [_medians(champions.runs, each) for each in (ours, plain, other)]
     difference = float(np.abs(other - plain).mean())

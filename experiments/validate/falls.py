@@ -22,7 +22,7 @@ from experiments.validate.case import (
 )
 from experiments.validate.motion import DTYPES, follow
 from experiments.validate.recordings import Recordings, Table
-from physics import Morphology, Simulator, Terrain
+from physics import Morphology, Terrain
 from physics.scene import material
 
 __all__ = ["cases", "own_cases"]
@@ -78,7 +78,7 @@ def _replay(
     rows: list[Check] = []
     panels = []
     for label, dtype in DTYPES.items():
-        sim = Simulator(morphology, terrain, dtype=dtype, engine=setting.engine)
+        sim = setting.simulator(morphology, terrain, dtype=dtype)
         ours = follow(sim, np.zeros((len(heights) - 1, morphology.n_voxels)))
         own_heights = ours.centers[..., 1]
         centre = own_heights.mean(axis=1) - heights.mean(axis=1)
@@ -114,7 +114,7 @@ def _rest_depth(setting: Setting) -> Outcome:
     rows = []
     for label, dtype in DTYPES.items():
         flat = Terrain.from_name("flat")
-        sim = Simulator("box-1x1", flat, dtype=dtype, engine=setting.engine)
+        sim = setting.simulator("box-1x1", flat, dtype=dtype)
         lower = follow(sim, np.zeros((_DEPTH_STEPS, 1))).poses[-1, 0, material.SE :]
         bottoms = lower[:, 1] - material.SQUARE_HALF
         depth = float(np.mean(flat.height(lower[:, 0]) - bottoms))

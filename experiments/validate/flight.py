@@ -53,7 +53,7 @@ def _spin(
     setting: Setting,
 ) -> Outcome:
     recorded = max(abs(_momenta(*now)[2]) for now in zip(poses, velocities, strict=True))
-    sim = Simulator(morphology, None, gravity=0.0, dtype=torch.float64, engine=setting.engine)
+    sim = setting.simulator(morphology, None, gravity=0.0, dtype=torch.float64)
     sim.set_poses(torch.from_numpy(poses[:1]), torch.from_numpy(velocities[:1]))
     ours = 0.0
     for actuation in torch.from_numpy(actuations[:-1]):
@@ -74,7 +74,7 @@ def _spin(
 
 def _replay(shape: str, keeps_spin: bool, setting: Setting) -> Outcome:
     engine = dataclasses.replace(setting.engine, damping=0.0)
-    sim = Simulator(shape, None, gravity=0.0, dtype=torch.float64, engine=engine)
+    sim = setting.simulator(shape, None, gravity=0.0, dtype=torch.float64, engine=engine)
     poses = sim.mass_poses()
     arms = poses[..., :2] - sim.center_of_mass()
     velocities = torch.full_like(poses, _SPIN)
@@ -107,7 +107,7 @@ def _replay(shape: str, keeps_spin: bool, setting: Setting) -> Outcome:
 
 def _momenta_of(sim: Simulator) -> np.ndarray:
     """Those of the one world of ``sim``, see `_momenta`."""
-    return _momenta(sim.mass_poses()[0].numpy(), sim.mass_velocities()[0].numpy())
+    return _momenta(sim.mass_poses()[0].cpu().numpy(), sim.mass_velocities()[0].cpu().numpy())
 
 
 def _momenta(poses: np.ndarray, velocities: np.ndarray) -> np.ndarray:

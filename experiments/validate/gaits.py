@@ -25,7 +25,7 @@ from experiments.validate.case import (
 )
 from experiments.validate.motion import DTYPES, speeds
 from experiments.validate.recordings import Recordings, Table
-from physics import Morphology, Simulator, Terrain
+from physics import Morphology, Terrain
 from physics.scene import clock
 
 __all__ = ["agreement", "cases"]
@@ -218,7 +218,7 @@ def _replay(gaits: _Gaits, label: str, setting: Setting) -> Outcome:
 def _speeds(gaits: _Gaits, label: str, starts: int, setting: Setting) -> dict[str, np.ndarray]:
     """Our speeds by terrain, (starts, G), all as worlds of one simulator."""
     terrains = [terrain for group in gaits.terrains.values() for terrain in group]
-    sim = Simulator(
+    sim = setting.simulator(
         gaits.morphology,
         terrains * starts,
         len(terrains) * starts,

@@ -47,8 +47,8 @@ def follow(sim: Simulator, actuations: np.ndarray) -> Track:
         poses.append(sim.mass_poses())
         areas.append(sim.area_ratios())
     return Track(
-        torch.cat(poses).double().numpy(),
-        torch.cat(areas).double().numpy(),
+        torch.cat(poses).double().cpu().numpy(),
+        torch.cat(areas).double().cpu().numpy(),
     )
 
 
@@ -64,4 +64,4 @@ def speeds(sim: Simulator, actuations: Tensor) -> np.ndarray:
     for chunk in actuations.split(_CHUNK):
         sim.run(chunk)
     speed = (sim.center_of_mass()[:, 0].double() - start) / (sim.time - began)
-    return torch.where(sim.failed(), torch.nan, speed).numpy()
+    return torch.where(sim.failed(), torch.nan, speed).cpu().numpy()

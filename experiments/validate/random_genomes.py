@@ -19,7 +19,7 @@ from experiments.validate import networks
 from experiments.validate.case import Case, Check, Outcome, Panel, Picture, Setting, Skip, Tolerance
 from experiments.validate.recordings import Recordings
 from experiments.validate.sensors import RECORDED_RAYS
-from physics import Apparatus, Morphology, Simulator, Terrain
+from physics import Apparatus, Morphology, Terrain
 
 __all__ = ["cases"]
 
@@ -117,7 +117,7 @@ def _speeds(generation: _Generation, setting: Setting) -> np.ndarray:
     genomes = torch.from_numpy(generation.genomes)
     shifted = torch.cat([genomes * (1 - k * _SHIFT) for k in range(_STARTS)])
     sizes = _sizes(generation.apparatus, generation.morphology)
-    sim = Simulator(
+    sim = setting.simulator(
         generation.morphology,
         generation.terrains * _STARTS,
         len(shifted),
@@ -125,6 +125,6 @@ def _speeds(generation: _Generation, setting: Setting) -> np.ndarray:
         dtype=_DTYPE,
         engine=replace(setting.engine, self_collision=True, continuous=True),  # as recorded
     )
-    network = networks.build(generation.kind, shifted, sizes, _DTYPE)
+    network = networks.build(generation.kind, shifted, sizes, _DTYPE).to(sim.device)
     outcome = Episode(sim, network, generation.duration).finish()
-    return outcome.speed.numpy().reshape(_STARTS, -1)
+    return outcome.speed.cpu().numpy().reshape(_STARTS, -1)

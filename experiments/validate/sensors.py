@@ -19,7 +19,7 @@ from experiments.validate.case import (
     worst,
 )
 from experiments.validate.recordings import Recordings
-from physics import Apparatus, Morphology, Simulator, Terrain
+from physics import Apparatus, Morphology, Terrain
 
 __all__ = ["RECORDED_RAYS", "cases"]
 
@@ -83,15 +83,13 @@ def _replay(
     velocities: np.ndarray,
     setting: Setting,
 ) -> Outcome:
-    sim = Simulator(
-        morphology, terrain, sensors=apparatus, dtype=torch.float64, engine=setting.engine
-    )
+    sim = setting.simulator(morphology, terrain, sensors=apparatus, dtype=torch.float64)
     sensed = sim.replay(torch.from_numpy(poses)[:, None], torch.from_numpy(velocities)[:, None])
     assert sensed is not None  # every level has sensors
     names = list(sim.sensor_names)
     in_place = sum(ours == theirs for ours, theirs in zip(names, columns, strict=False))
     common = [column for column in columns if column in names]
-    ours = sensed[:, 0, [names.index(column) for column in common]].numpy()
+    ours = sensed[:, 0, [names.index(column) for column in common]].cpu().numpy()
     theirs = recorded[:, [columns.index(column) for column in common]]
     rows = (
         Check(

@@ -135,7 +135,7 @@ def _steps(recordings: Recordings) -> list[_Gaits]:
 
 def _replay(gaits: _Gaits, setting: Setting) -> Outcome:
     count = len(gaits.terrains)
-    sim = Simulator(gaits.morphology, gaits.terrains, count, engine=setting.engine)
+    sim = setting.simulator(gaits.morphology, gaits.terrains, count)
     times = torch.from_numpy(clock.times(clock.steps_in(_DURATION))[:-1])
     frequency, amplitude, phase = map(
         torch.from_numpy, (gaits.frequency, gaits.amplitude, gaits.phase)
@@ -178,7 +178,7 @@ def _passive(recordings: Recordings, setting: Setting) -> Outcome:
     for shape in sorted(set(shapes)):
         names = sorted({t for s, t in zip(shapes, terrains, strict=True) if s == shape})
         replayed = [recordings.terrain(name, table.path.name) for name in names]
-        sim = Simulator(shape, replayed, len(replayed), engine=setting.engine)
+        sim = setting.simulator(shape, replayed, len(replayed))
         start, energy = sim.center_of_mass()[:, 1], _energy(sim)
         for _ in range(_PASSIVE_STEPS):
             sim.step(torch.zeros(len(replayed), sim.n_voxels))

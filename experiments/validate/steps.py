@@ -18,7 +18,7 @@ from experiments.validate.case import (
 )
 from experiments.validate.motion import DTYPES, Track, follow
 from experiments.validate.recordings import Recordings, Table
-from physics import Morphology, Simulator
+from physics import Morphology
 
 __all__ = ["cases"]
 
@@ -48,7 +48,7 @@ def _replay(
     at_most = _TOLERANCES.get(morphology.n_voxels, _TOLERANCE_OF_MORE)
     rows, panels = [], []
     for label, dtype in DTYPES.items():
-        sim = Simulator(morphology, None, gravity=0.0, dtype=dtype, engine=setting.engine)
+        sim = setting.simulator(morphology, None, gravity=0.0, dtype=dtype)
         ours = follow(sim, actuations[:-1])
         errors = np.abs(ours.poses - recorded.poses)[..., :2].max(axis=(1, 2, 3))
         measures = (

@@ -13,7 +13,7 @@ import torch
 from experiments.analysis import trajectory_file
 from experiments.analysis.trajectory import Trajectory
 from experiments.validate.case import Case, Check, Outcome, Setting, Skip, Tolerance, worst
-from physics import DT, Simulator
+from physics import DT
 
 __all__ = ["cases"]
 
@@ -50,18 +50,17 @@ def _replay(name: str, course: Trajectory, setting: Setting) -> Outcome:
             "spring_frequency": config.spring_frequency,
             "spring_damping": config.spring_damping,
         }
-    sim = Simulator(
+    sim = setting.simulator(
         course.morphology,
         course.terrain,
         sensors=course.apparatus,
         control_interval=round(course.seconds / DT),
-        engine=setting.engine,
         threads=1,
         **conditions,
     )
     errors = []
     for actuation, poses in zip(course.actuation[:_STEPS], course.poses[:_STEPS], strict=True):
         sim.step(torch.from_numpy(actuation)[None])
-        errors.append(sim.mass_poses()[0, ..., :2].numpy() - poses[..., :2])
+        errors.append(sim.mass_poses()[0, ..., :2].cpu().numpy() - poses[..., :2])
     measure = f"position, first {len(errors)} steps [m]"
     return Outcome((Check(name, measure, 0.0, worst(np.stack(errors)), _POSITION),))

@@ -26,7 +26,7 @@ from experiments.validate import (
 )
 from experiments.validate.case import Case, Outcome, Setting, Skip
 from experiments.validate.recordings import Recordings
-from physics import Engine
+from physics import Engine, checks
 
 __all__ = ["OWN_COPY", "validate"]
 
@@ -41,6 +41,7 @@ def validate(
     *,
     seed: int = 0,
     engine: Engine | None = None,
+    device: str = "cpu",
     trajectories_of: Sequence[Path] = (),
 ) -> int:
     """Compares the simulator and the controllers with recorded runs and prints a table.
@@ -51,15 +52,17 @@ def validate(
         out: folder for pictures of recorded runs and ours.
         seed: The seed of the motions in the cases that need no recorded run.
         engine: the simulator's settings; others than the default are a wrong model.
+        device: where to simulate, "cpu" or "cuda".
         trajectories_of: files with recorded trajectories, which are then replayed instead.
 
     Returns:
         0 if every case passes, else 1. A case whose files are missing is skipped.
 
     Raises:
-        ValueError: the folder is missing or holds nothing to replay, or a file is broken; or
-            the results cannot be written where they should.
+        ValueError: the folder is missing or holds nothing to replay, or a file is broken; PyTorch
+            finds no such device; or the results cannot be written where they should.
     """
+    device = checks.device(device).type
     console = Console(highlight=False)
     if not console.is_terminal:
         console = Console(highlight=False, width=_PLAIN_WIDTH)
@@ -70,7 +73,7 @@ def validate(
         found = _collect(Recordings(folder))
     make_room(json, out)
     outcomes: list[Outcome | Skip] = []
-    setting = Setting(engine or Engine(), seed)
+    setting = Setting(engine or Engine(), seed, device)
     n_cases = sum(isinstance(case, Case) for case in found)
     for case in found:
         if isinstance(case, Skip):
