@@ -23,7 +23,7 @@ from experiments.validate.case import (
     Skip,
     Tolerance,
 )
-from experiments.validate.motion import DTYPES, speeds
+from experiments.validate.motion import DTYPES, STARTS, disturbed, speeds
 from experiments.validate.recordings import Recordings, Table
 from physics import Morphology, Terrain
 from physics.scene import clock
@@ -36,8 +36,6 @@ MODES = ("veto", "veto_dx", "noccd", "noself")
 _COLUMN = re.compile(rf"vel_(.+?)_({'|'.join(sorted(MODES, key=len, reverse=True))})")
 _DURATION = 30.0  # [s]
 _HILLS = 20  # gait i of the terrain "hilly" walks on hilly-3-30-(i mod 20)
-_STARTS = 4
-_SHIFT = 1e-6  # start k scales the actuation by 1 - k _SHIFT
 _REGULAR = 0.97  # least correlation of the reference with itself in a regular motion
 _MEASURES = ("Spearman", "mean absolute difference [m/s]", "mean speed [m/s]")
 
@@ -83,7 +81,7 @@ _CONTINUOUS_RULES = (
     _Rule("one start, continuous detection, veto", ("veto",), 1, 0.97, 0.02, 0.01),
 )
 _CHAOTIC_RULES = (
-    _Rule(f"mean of {_STARTS} starts", MODES, _STARTS, 0.88, 0.11, 0.03),
+    _Rule(f"mean of {STARTS} starts", MODES, STARTS, 0.88, 0.11, 0.03),
     _Rule("one start, veto", ("veto",), 1, 0.75, 0.17, 0.06),
 )
 
@@ -231,9 +229,9 @@ def _speeds(gaits: _Gaits, label: str, starts: int, setting: Setting) -> dict[st
     )
     angle = 2 * math.pi * frequency[:, None] * times[:, None, None] + phase  # (T, G, V)
     waves = (amplitude * torch.sin(angle)).repeat(1, len(gaits.terrains), 1)
-    scales = [1 - k * _SHIFT for k in range(starts)]
-    actuations = torch.cat([scale * waves for scale in scales], 1).to(sim.dtype)
-    ours = speeds(sim, actuations).reshape(starts, len(gaits.terrains), -1)
+    ours = speeds(sim, disturbed(waves, 1, starts).to(sim.dtype)).reshape(
+        starts, len(gaits.terrains), -1
+    )
     return {name: ours[:, index] for index, name in enumerate(gaits.terrains)}
 
 

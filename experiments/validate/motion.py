@@ -10,9 +10,11 @@ from torch import Tensor
 
 from physics import Simulator
 
-__all__ = ["DTYPES", "Track", "follow", "speeds"]
+__all__ = ["DTYPES", "STARTS", "Track", "disturbed", "follow", "speeds"]
 
 DTYPES = {"f32": torch.float32, "f64": torch.float64}
+STARTS = 4  # of a chaotic motion, over which speeds are averaged
+_SHIFT = 1e-6
 _CHUNK = 600  # control steps per call, to bound the memory of a long motion's actuations
 
 
@@ -50,6 +52,17 @@ def follow(sim: Simulator, actuations: np.ndarray) -> Track:
         torch.cat(poses).double().cpu().numpy(),
         torch.cat(areas).double().cpu().numpy(),
     )
+
+
+def disturbed(values: Tensor, dim: int, starts: int = STARTS) -> Tensor:
+    """Values beside others that chaos tells from them: start k scales them by 1 - k 1e-6.
+
+    Args:
+        values: actuations or genomes.
+        dim: The dimension along which robots lie, and then the starts, one after the other.
+        starts: The number of starts; the first is undisturbed.
+    """
+    return torch.cat([(1 - k * _SHIFT) * values for k in range(starts)], dim)
 
 
 def speeds(sim: Simulator, actuations: Tensor) -> np.ndarray:

@@ -17,6 +17,7 @@ from scipy.stats import ks_2samp
 from experiments.rollout.episode import Episode
 from experiments.validate import networks
 from experiments.validate.case import Case, Check, Outcome, Panel, Picture, Setting, Skip, Tolerance
+from experiments.validate.motion import STARTS, disturbed
 from experiments.validate.recordings import Recordings
 from experiments.validate.sensors import RECORDED_RAYS
 from physics import Apparatus, Morphology, Terrain
@@ -25,8 +26,6 @@ __all__ = ["cases"]
 
 _DURATION = 60.0  # [s]
 # The motions are chaotic: one start alone moves the mean of 40 speeds by some 0.02 m/s.
-_STARTS = 4
-_SHIFT = 1e-6  # start k scales the genomes by 1 - k _SHIFT
 _DTYPE = torch.float64  # the reference's
 _KS = Tolerance("at least", 0.01)
 _MEAN = Tolerance("within", 0.06)
@@ -97,11 +96,11 @@ def _replay(generation: _Generation, setting: Setting) -> Outcome:
     likeness = float(ks_2samp(ours.ravel(), recorded).pvalue)
     means = float(recorded.mean()), float(ours.mean())
     rows = (
-        Check(case, f"{_STARTS} starts: Kolmogorov-Smirnov p of the speeds", 1.0, likeness, _KS),
-        Check(case, f"mean of {_STARTS} starts: mean speed [m/s]", *means, _MEAN),
+        Check(case, f"{STARTS} starts: Kolmogorov-Smirnov p of the speeds", 1.0, likeness, _KS),
+        Check(case, f"mean of {STARTS} starts: mean speed [m/s]", *means, _MEAN),
     )
     scatter = Panel(
-        f"mean of {_STARTS} starts",
+        f"mean of {STARTS} starts",
         "recorded speed [m/s]",
         "our speed [m/s]",
         "points",
@@ -115,11 +114,11 @@ def _replay(generation: _Generation, setting: Setting) -> Outcome:
 def _speeds(generation: _Generation, setting: Setting) -> np.ndarray:
     """Our speeds, (starts, N), all as worlds of one simulator."""
     genomes = torch.from_numpy(generation.genomes)
-    shifted = torch.cat([genomes * (1 - k * _SHIFT) for k in range(_STARTS)])
+    shifted = disturbed(genomes, 0)
     sizes = _sizes(generation.apparatus, generation.morphology)
     sim = setting.simulator(
         generation.morphology,
-        generation.terrains * _STARTS,
+        generation.terrains * STARTS,
         len(shifted),
         sensors=generation.apparatus,
         dtype=_DTYPE,
@@ -127,4 +126,4 @@ def _speeds(generation: _Generation, setting: Setting) -> np.ndarray:
     )
     network = networks.build(generation.kind, shifted, sizes, _DTYPE).to(sim.device)
     outcome = Episode(sim, network, generation.duration).finish()
-    return outcome.speed.cpu().numpy().reshape(_STARTS, -1)
+    return outcome.speed.cpu().numpy().reshape(STARTS, -1)
