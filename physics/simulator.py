@@ -11,7 +11,7 @@ from torch import Tensor
 
 from physics import backend, checks
 from physics.engine import kernels
-from physics.engine.memory.grouping import Grouping, lanes_for_robots
+from physics.engine.memory.grouping import Grouping, block_for, lanes_for_robots
 from physics.engine.memory.settings import Engine
 from physics.scene import clock, material
 from physics.scene.bodies import Bodies
@@ -132,7 +132,9 @@ class Simulator(Handled):
             lanes = lanes_for_robots(self.bodies.counts, dtype, threads, device_type)
         self.lanes = lanes = checks.lanes(lanes, device_type)
         features = self._features()
-        self.program = backend.Program(dtype, lanes, lanes, features, device_type)
+        self.program = backend.Program(
+            dtype, lanes, lanes, features, device_type, block_for(self.n_worlds, device_type)
+        )
         kernels.play(self.program)  # refuses other dtypes
         self._grouping = Grouping.of_robots(self.program, self.bodies.counts, threads)
         places = np.arange(self.n_worlds)

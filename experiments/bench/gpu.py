@@ -6,45 +6,68 @@ import json
 import subprocess
 import sys
 import time
+from typing import Literal
 
 import torch
 
 from experiments.bench.measurement import Measurement, Target
 from experiments.bench.rates import BIPED
 from experiments.bench.setting import Setting
-from experiments.bench.workload import ClosedLoop, warm_up
+from experiments.bench.workload import ClosedLoop, OwnModule, Workload, warm_up
 
 __all__ = ["gpu", "wall_rates"]
 
-_WORLDS = (400, 4_800, 48_000)
-_TARGETS = {48_000: Target(10e6, 10e6)}
+Driver = Literal["hebbian", "mlp", "own module"]
+
+_WORLDS = (400, 4_800, 16_000, 48_000, 96_000)
+_DRIVERS: tuple[Driver, ...] = ("hebbian", "mlp", "own module")
+_TARGETS = {("hebbian", 48_000): Target(10e6, 10e6)}
 _SCRIPT = """
 import json, sys
 from experiments.bench.gpu import wall_rates
 from experiments.bench.setting import Setting
-worlds, seed, repetitions = map(int, sys.argv[1:])
-print(json.dumps(wall_rates("cuda", worlds, Setting(1, seed, repetitions=repetitions))))
+seed, repetitions = map(int, sys.argv[1:3])
+for driver, worlds in json.loads(sys.argv[3]):
+    rates = wall_rates(driver, worlds, Setting(1, seed, repetitions=repetitions), "cuda")
+    print(json.dumps(rates), flush=True)
 """
 
 
 def gpu(setting: Setting) -> list[Measurement]:
-    """Closed loops of several sizes, each in a process of its own: one simulates on one device."""
+    """Closed loops of several sizes, in a process of their own: one simulates on one device."""
     if not torch.cuda.is_available():
         return []
-    rows = []
-    for worlds in _WORLDS:
-        arguments = map(str, (worlds, setting.seed, setting.repetitions))
-        command = [sys.executable, "-c", _SCRIPT, *arguments]
-        done = subprocess.run(command, check=True, capture_output=True, text=True)
-        what = f"closed loop on the GPU, {BIPED}, high, hebbian, {worlds} worlds"
-        samples = tuple(json.loads(done.stdout.splitlines()[-1]))
-        rows.append(Measurement(what, "robot-steps/s", samples, target=_TARGETS.get(worlds)))
-    return rows
+    cases = [(driver, worlds) for driver in _DRIVERS for worlds in _WORLDS]
+    arguments = [str(setting.seed), str(setting.repetitions), json.dumps(cases)]
+    command = [sys.executable, "-c", _SCRIPT, *arguments]
+    done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
+    return [
+        Measurement(
+            f"closed loop on the GPU, {BIPED}, high, {driver}, {worlds} worlds",
+            "robot-steps/s",
+            tuple(json.loads(line)),
+            target=_TARGETS.get((driver, worlds)),
+        )
+        for (driver, worlds), line in zip(
+            cases, done.stdout.splitlines()[-len(cases) :], strict=True
+        )
+    ]
 
 
-def wall_rates(device: str, worlds: int, setting: Setting) -> list[float]:
-    """Robot-steps per second of wall time, one figure per repetition."""
-    robots = ClosedLoop(BIPED, "hebbian", worlds, setting.seed, device)
+def wall_rates(driver: Driver, worlds: int, setting: Setting, device: str) -> list[float]:
+    """Robot-steps per second of wall time, one figure per repetition.
+
+    Args:
+        driver: networks of hebbtorch in the kernel, or a PyTorch module that acts step by step.
+        worlds: The number of robots.
+        setting: How much is measured.
+        device: "cpu" or "cuda".
+    """
+    robots: Workload
+    if driver == "own module":
+        robots = OwnModule(BIPED, worlds, setting.seed, device)
+    else:
+        robots = ClosedLoop(BIPED, driver, worlds, setting.seed, device)
     warm_up((robots,), setting)
     rates = []
     for _ in range(setting.repetitions):
@@ -56,6 +79,6 @@ def wall_rates(device: str, worlds: int, setting: Setting) -> list[float]:
     return rates
 
 
-def _wait(robots: ClosedLoop) -> None:
+def _wait(robots: Workload) -> None:
     """Until all that was asked of the device is done."""
     robots.sim.failed().any().item()

@@ -88,8 +88,8 @@ class ClosedLoop:
 class OwnModule:
     """Robots with the high apparatus, driven step by step by a plain PyTorch module."""
 
-    def __init__(self, shape: str, n_worlds: int, seed: int) -> None:
-        self.sim = _worlds(shape, n_worlds, seed, "high", 0.0)
+    def __init__(self, shape: str, n_worlds: int, seed: int, device: str = "cpu") -> None:
+        self.sim = _worlds(shape, n_worlds, seed, "high", 0.0, device)
         inputs, outputs = self.sim.n_readings, self.sim.n_voxels
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(seed)
@@ -98,8 +98,8 @@ class OwnModule:
                 torch.nn.Tanh(),
                 torch.nn.Linear(inputs, outputs),
                 torch.nn.Tanh(),
-            )
-        self._actuation = torch.zeros(n_worlds, outputs)
+            ).to(device)
+        self._actuation = torch.zeros(n_worlds, outputs, device=device)
 
     def stretch(self, steps: int) -> Callable[[], object]:
         """See `Workload`."""

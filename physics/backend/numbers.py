@@ -31,6 +31,7 @@ class Real:
         double: whether f is float64.
         features: stages of the engine that the kernel has.
         on_gpu: whether it runs on a GPU.
+        block: threads of a block there.
     """
 
     _data_oriented = True  # lets Taichi pass it on as it is
@@ -43,6 +44,7 @@ class Real:
         self.places = program.places
         self.features = program.features
         self.on_gpu = program.device == "cuda"
+        self.block = program.block
 
     @property
     def flags(self) -> Any:

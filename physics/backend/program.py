@@ -30,6 +30,7 @@ class Program(NamedTuple):
         places: worlds of a group in memory, a multiple of lanes.
         features: see `Features`.
         device: "cpu" or "cuda".
+        block: On a GPU, threads of a block.
     """
 
     dtype: torch.dtype
@@ -37,6 +38,7 @@ class Program(NamedTuple):
     places: int
     features: Features = Features()
     device: str = "cpu"
+    block: int = 32
 
     def packed(self, items: Tensor) -> Tensor:
         """A tensor (groups, items, places), its memory in the order of kernels, as this program

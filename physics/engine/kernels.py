@@ -146,6 +146,8 @@ def _over_groups(T: Real, kind: Any, work: Callable[..., Any]) -> Kernel:
         count: ti.i32,
         chunks: ti.i32,
     ):
+        if ti.static(T.on_gpu):  # on a CPU it would be another number: turns that a thread takes
+            ti.loop_config(block_dim=T.block)
         for q in range(chunks * T.grain):
             if q % T.grain == 0:
                 ti.static(T.constants())

@@ -10,6 +10,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import torch
@@ -165,6 +166,7 @@ def start(folder: Path) -> Driver:
     driver = Driver(folder)
     torch.cuda.is_available = lambda: True
     torch.cuda.current_device = lambda: 0
+    torch.cuda.get_device_properties = lambda _: SimpleNamespace(multi_processor_count=132)  # type: ignore
     launch = backend.Kernel.__call__
 
     def launch_and_tell(kernel: backend.Kernel, *arguments: Tensor | int) -> None:

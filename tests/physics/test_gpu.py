@@ -9,6 +9,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import torch
@@ -40,13 +41,22 @@ import sys, torch
 from experiments.rollout import controller, evaluate, seeds
 from experiments.config import EvolveConfig
 device, file = sys.argv[1:]
-config = EvolveConfig(sensors="high", duration=1.0, device=device, runs=1, population=40)
-evaluator = evaluate.Evaluator(config)
-genomes = torch.rand(1, 40, evaluator.n_genes, generator=torch.Generator().manual_seed(1)) * 2 - 1
-life = evaluator(genomes.to(device), 1)
-assert life.state.weights[0].device.type == device
-torch.save((life.speed.cpu(), life.state.weights[0].cpu()), file)
+found = []
+for duration in (0.33, 1.0):
+    config = EvolveConfig(
+        sensors="high", duration=duration, device=device, runs=1, population=40
+    )
+    evaluator = evaluate.Evaluator(config)
+    draws = torch.Generator().manual_seed(1)
+    genomes = torch.rand(1, 40, evaluator.n_genes, generator=draws) * 2 - 1
+    life = evaluator(genomes.to(device), 1)
+    assert life.state.weights[0].device.type == device
+    found += [life.speed.cpu(), life.state.weights[0].cpu()]
+torch.save(found, file)
 """
+
+
+_CARD = SimpleNamespace(multi_processor_count=132)
 
 
 def on(device: str, script: str, folder: Path) -> tuple[torch.Tensor, ...]:
@@ -83,11 +93,16 @@ def test_a_gpu_computes_the_same_in_double_precision(tmp_path: Path) -> None:
 
 @needs_gpu
 def test_the_closed_loop_on_a_gpu_follows_that_on_the_cpu(tmp_path: Path) -> None:
-    (speed, weights), (their_speed, their_weights) = (
-        on(device, _CLOSED_LOOP, tmp_path) for device in ("cuda", "cpu")
+    """As far as the CPU follows itself moved by one unit of rounding: there, speeds part
+    by 6e-6 m/s within 20 steps, and within a second by 1e-5 in the median and by 1e-2 at most."""
+    ours, theirs = (on(device, _CLOSED_LOOP, tmp_path) for device in ("cuda", "cpu"))
+    speed, weights, later_speed, later_weights = (
+        (our - their).abs() for our, their in zip(ours, theirs, strict=True)
     )
-    assert (speed - their_speed).abs().max() < 1e-4
-    assert (weights - their_weights).abs().max() < 1e-3
+    assert speed.max() < 1e-4
+    assert weights.max() < 1e-4
+    assert later_speed.median() < 1e-4
+    assert later_weights.flatten(1).amax(1).median() < 1e-4
 
 
 @pytest.mark.skipif(torch.cuda.is_available(), reason="needs a machine without a GPU")
@@ -121,6 +136,7 @@ def test_a_process_simulates_on_one_device(monkeypatch: pytest.MonkeyPatch) -> N
     Simulator("box-1x1", None)
     monkeypatch.setattr(torch.cuda, "is_available", lambda: True)
     monkeypatch.setattr(torch.cuda, "current_device", lambda: 0)
+    monkeypatch.setattr(torch.cuda, "get_device_properties", lambda _: _CARD)
     with pytest.raises(ValueError, match="expected cpu, on which this process simulates already"):
         Simulator("box-1x1", None, device="cuda")
     with pytest.raises(ValueError, match="lanes: expected 1 on a GPU, got 8"):

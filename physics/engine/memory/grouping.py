@@ -18,6 +18,8 @@ from physics.backend import Program
 _NARROW, _WIDE = 8, 16  # worlds per group
 _NARROW_TIME = 0.75  # that a group of 8 float32 worlds takes, in groups of 16
 _LONG_RUN = 60  # steps
+_BLOCKS = (32, 64, 128, 192, 256, 384, 512)  # sizes of a block on a GPU
+_BLOCKS_AT_ONCE = 2  # on a multiprocessor
 _CHUNKS_PER_THREAD = 4  # where groups have different robots
 
 
@@ -53,6 +55,19 @@ def lanes_for(n_worlds: int, dtype: torch.dtype, threads: int | None, device: st
     narrow = _NARROW_TIME * _turns(-(-n_worlds // _NARROW), cores)
     wide = min(_turns(-(-n_worlds // _WIDE), cores), _time_with_tail(n_worlds, cores))
     return _WIDE if wide <= narrow else _NARROW
+
+
+def block_for(n_worlds: int, device: str) -> int:
+    """Threads of a block on a GPU, a thread for each world.
+
+    The compiler gives a thread as many registers as two such blocks leave it on a multiprocessor:
+    few worlds run fastest with many, and many worlds only if all of them run at once.
+    """
+    if device == "cpu":
+        return _BLOCKS[0]
+    places = _BLOCKS_AT_ONCE * torch.cuda.get_device_properties(0).multi_processor_count
+    fitting = (block for block in _BLOCKS if block * places >= n_worlds)
+    return next(fitting, _BLOCKS[-1])
 
 
 def lanes_for_robots(

@@ -279,9 +279,12 @@ def test_a_process_tells_its_times() -> None:
     assert 0 < start.imported < start.stepped < start.closed
 
 
-def test_a_gpu_is_measured_where_there_is_one(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("driver", ["mlp", "own module"])
+def test_a_gpu_is_measured_where_there_is_one(
+    driver: gpu.Driver, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
     assert gpu.gpu(TINY) == []
-    measured = gpu.wall_rates("cpu", TINY.worlds, TINY)  # as on a GPU, but for the device
+    measured = gpu.wall_rates(driver, TINY.worlds, TINY, "cpu")  # as on a GPU, but for the device
     assert len(measured) == TINY.repetitions
     assert min(measured) > 0

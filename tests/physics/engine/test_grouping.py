@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import pytest
 import torch
 
 from physics import Simulator
 from physics.backend import Program
-from physics.engine.memory.grouping import Grouping, lanes_for
+from physics.engine.memory.grouping import Grouping, block_for, lanes_for
 from tests.physics.worlds import gaits
 
 SINGLE, DOUBLE = torch.float32, torch.float64
@@ -35,6 +37,17 @@ def cut(n_worlds: int, lanes: int, threads: int, dtype: torch.dtype = SINGLE) ->
 )
 def test_lanes_take_the_least_time(n_worlds, threads, lanes):
     assert lanes_for(n_worlds, SINGLE, threads, "cpu") == lanes
+
+
+@pytest.mark.parametrize(
+    ("n_worlds", "block"),
+    [(1, 32), (8_448, 32), (8_449, 64), (48_000, 192), (67_584, 256), (96_000, 384), (10**6, 512)],
+)
+def test_blocks_let_all_worlds_run_at_once(n_worlds, block, monkeypatch):
+    card = SimpleNamespace(multi_processor_count=132)
+    monkeypatch.setattr(torch.cuda, "get_device_properties", lambda _: card)
+    assert block_for(n_worlds, "cuda") == block
+    assert n_worlds <= 2 * 132 * block or block == 512
 
 
 def test_lanes_of_other_programs():
