@@ -23,7 +23,7 @@ __all__ = ["SPEED", "Look", "Sheet", "counted", "looks", "sheet"]
 SPEED = "velocity $\\bar{v}_x$ [m/s]"
 
 _DPI = 200
-_LEGEND_COLUMN = 1.25  # [in]
+_LEGEND_HANDLE, _LEGEND_LETTER = 0.55, 0.062  # widths in a legend [in]
 _NOTE_LETTER = 0.05  # width of a letter of a note [in]
 _RC: dict[Any, Any] = {
     "font.size": 8,
@@ -86,7 +86,9 @@ class Sheet:
 
     def legend(self, handles: Sequence[Any], title: str = "") -> None:
         """One legend for all panels, above them, under a title."""
-        columns = min(len(handles), int(self.figure.get_figwidth() / _LEGEND_COLUMN))
+        longest = max(len(handle.get_label()) for handle in handles)
+        column = _LEGEND_HANDLE + _LEGEND_LETTER * longest
+        columns = min(len(handles), int(self.figure.get_figwidth() / column))
         self.figure.legend(
             handles=handles, loc="outside upper center", ncols=max(columns, 1), title=title or None
         )

@@ -23,6 +23,7 @@ Values = NDArray[np.float64]
 _FEW = 12  # up to so many values are drawn as points, too
 _LEAST = 5  # fewer make no box: its quartiles would be the points themselves
 _MAIN = "Hebbian"  # label of the paper's main model
+_STATIC = ("MLP", "RNN")  # how labels of static networks begin
 _WIDTH = 0.8  # of a group of boxes; groups are 1 apart
 _ROW_HEIGHT = 2.3  # [in]
 
@@ -88,6 +89,7 @@ def draw(
     if not boxes:
         return []
     comparisons = compare_with(boxes, reference)
+    main = _name(reference, [box.label for box in boxes])
     shapes = list(dict.fromkeys(box.shape for box in boxes))
     labels = list(dict.fromkeys(box.label for box in boxes))
     n_groups = max(len({box.sensors for box in boxes if box.shape == each}) for each in shapes)
@@ -95,14 +97,14 @@ def draw(
     with style.sheet(out, name, (width, _ROW_HEIGHT), rows=len(shapes)) as sheet:
         for row, shape in enumerate(shapes):
             here = [box for box in boxes if box.shape == shape]
-            _draw_shape(sheet.panel(row), here, labels, comparisons, reference)
+            _draw_shape(sheet.panel(row), here, labels, comparisons, main)
         sheet.legend(
             [
                 Patch(
                     facecolor=look.color,
                     edgecolor="black",
                     hatch=look.hatch,
-                    label=_name(label, reference),
+                    label=main if label == reference else label,
                 )
                 for label, look in style.looks(labels).items()
             ]
@@ -116,7 +118,7 @@ def _draw_shape(
     boxes: Sequence[Box],
     labels: Sequence[str],
     comparisons: Sequence[Comparison],
-    reference: str,
+    main: str,
 ) -> None:
     groups = list(dict.fromkeys(box.sensors for box in boxes))
     slot = _WIDTH / len(labels)
@@ -133,10 +135,9 @@ def _draw_shape(
     axes.set(ylabel=style.SPEED, xlabel="sensory apparatus")
     if len(labels) > 2:
         axes.set_title(boxes[0].shape, loc="left")
-        words = (
-            f"(top: p against {_name(reference, reference)}, in brackets after Holm's correction)"
-        )
-        axes.set_title(words, loc="right", fontsize=6)
+        if comparisons:
+            words = f"(top: p against {main}, in brackets after Holm's correction)"
+            axes.set_title(words, loc="right", fontsize=6)
     else:
         axes.set_title(boxes[0].shape)
     low, high = axes.get_ylim()
@@ -193,9 +194,10 @@ def _write_p(
     axes.text(x, 0.88, text, transform=top, ha="center", va="bottom", fontsize=6, linespacing=1)
 
 
-def _name(label: str, reference: str) -> str:
-    """What a controller is called: the main model, where variants are compared with it, "full"."""
-    return "full" if label == reference == _MAIN else label
+def _name(reference: str, labels: Sequence[str]) -> str:
+    """What the controller of reference is called: the main model, among variants of it, "full"."""
+    among_variants = not any(label.startswith(_STATIC) for label in labels)
+    return "full" if reference == _MAIN and among_variants else reference
 
 
 def _p(p: float) -> str:

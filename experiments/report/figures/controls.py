@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from experiments.config import EvolveConfig
 from experiments.report.figures import boxes
 from experiments.report.figures.performance import box
 from experiments.report.figures.variants import FULL
-from experiments.report.finished_runs import FinishedRuns, gather
+from experiments.report.finished_runs import FinishedRuns, gather, label
 
 __all__ = ["attractors", "control_interval", "controls", "neuron_rules"]
 
@@ -23,19 +25,25 @@ _OPTIONS = {
 }
 _CAPTION = (
     "Speed of each run's best individual at the end of evolution [m/s]; medians over runs with "
-    "95 % bootstrap intervals. Every controller against the plastic one of the paper."
+    "95 % bootstrap intervals. Every controller against the plastic one."
 )
 
 
 def controls(run_folders: Sequence[Path], out: Path) -> list[Path]:
-    """Static networks with a gain, biases or recurrence, and those of the paper's code, each at
-    the control interval that it evolved with, against the plastic network."""
+    """Static networks with a gain, biases or recurrence, and those of the paper's code, against the
+    plastic network: a figure for each control interval."""
     found = [
         each
         for each in gather(run_folders)
         if set(each.variant) <= _OPTIONS and each.config.damage == "none"
     ]
-    return _figure(found, out, "controls")
+    files = []
+    for interval in sorted({each.config.control_interval for each in found if _is_static(each)}):
+        alike = [each for each in found if each.config.control_interval == interval]
+        name = "controls" if interval == 1 else f"controls-{interval}"
+        plastic = label(EvolveConfig(control_interval=interval))
+        files += _figure(alike, out, name, plastic)
+    return files
 
 
 def control_interval(run_folders: Sequence[Path], out: Path) -> list[Path]:
@@ -71,18 +79,28 @@ def _plastic(run_folders: Sequence[Path]) -> list[FinishedRuns]:
     ]
 
 
-def _figure(found: Sequence[FinishedRuns], out: Path, name: str) -> list[Path]:
+def _is_static(condition: FinishedRuns) -> bool:
+    return condition.config.controller != "hebbian"
+
+
+def _figure(
+    found: Sequence[FinishedRuns], out: Path, name: str, reference: str = FULL
+) -> list[Path]:
     if not any(each.variant or each.config.controller == "rnn" for each in found):
         return []  # nothing but what other figures show
-    ordered = sorted(found, key=_place)
-    return boxes.draw([box(each, each.fitness) for each in ordered], out, name, FULL, _CAPTION)
+    ordered = sorted(found, key=lambda each: (each.label != reference, _place(each)))
+    shown = reference if reference == FULL else f"{FULL}, {reference}"
+    drawn = [
+        replace(box(each, each.fitness), label=shown if each.label == reference else each.label)
+        for each in ordered
+    ]
+    return boxes.draw(drawn, out, name, shown, _CAPTION)
 
 
 def _place(condition: FinishedRuns) -> tuple[Any, ...]:
-    """The paper's model first, then by control interval, kind, gain, biases, and steps of rules."""
+    """By control interval, kind, gain, biases, and steps of rules."""
     config = condition.config
     return (
-        condition.label != FULL,
         config.control_interval,
         config.controller,
         config.gain,

@@ -7,6 +7,7 @@ from experiments.config import EvolveConfig
 from experiments.report.figures import FIGURES
 from experiments.report.finished_runs import find_runs
 from tests.experiments.finished_runs import (
+    read_csv,
     write_generalization,
     write_paired,
     write_run,
@@ -49,17 +50,33 @@ def test_controls_are_compared_with_the_plastic_network(root: Path, out: Path) -
     write_run(root, replace(MLP, gain=30.0, bias=True), [4.0])
     write_run(root, replace(MLP, controller="rnn", gain=30.0), [3.0])
     write_run(root, replace(SMALL, control_interval=12), [2.0])
+    write_run(root, replace(SMALL, control_interval=4), [2.5])  # without a static one beside it
     write_run(root, replace(SMALL, normalize="l2"), [9.0])  # no control
     rows = draw("controls", root, out)
     assert [row["first"] for row in rows] == [
         "MLP",
         "MLP, gain 30, biases",
         "RNN, gain 30",
-        "every 12 steps",
     ]
     assert {row["second"] for row in rows} == {"Hebbian"}
-    (row,) = draw("control_interval", root, out)
-    assert (row["first"], float(row["median_first"])) == ("every 12 steps", 2.0)
+    intervals = draw("control_interval", root, out)
+    assert [(row["first"], float(row["median_first"])) for row in intervals] == [
+        ("every 4 steps", 2.5),
+        ("every 12 steps", 2.0),
+    ]
+
+
+def test_controls_that_act_rarely_are_compared_with_the_plastic_network_that_does(
+    root: Path, out: Path
+) -> None:
+    for config, fitness in ((SMALL, 5.0), (MLP, 1.0)):
+        write_run(root, config, [fitness])
+        write_run(root, replace(config, control_interval=12), [fitness + 1])
+    files = FIGURES["controls"](find_runs([root]), out)
+    assert {path.stem for path in files} == {"controls-12"}
+    (row,) = read_csv(out / "controls-12.csv")
+    assert (row["first"], row["second"]) == ("MLP, every 12 steps", "Hebbian, every 12 steps")
+    assert (float(row["median_first"]), float(row["median_second"])) == (2.0, 6.0)
 
 
 def test_settings_unlike_the_evolution(root: Path, out: Path) -> None:
