@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from experiments.validate.case import Check, SelfAgreement, Skip
+from experiments.validate.case import Check, SelfAgreement, Setting, Skip
 
 __all__ = ["show_rows", "show_self_agreements", "verdict", "write_json"]
 
@@ -78,7 +78,7 @@ def show_self_agreements(console: Console, self_agreements: Sequence[SelfAgreeme
 def write_json(
     path: Path,
     folder: Path,
-    seed: int,
+    setting: Setting,
     rows: Sequence[Check | Skip],
     self_agreements: Sequence[SelfAgreement],
 ) -> None:
@@ -86,7 +86,8 @@ def write_json(
     content = {
         "format": _FORMAT,
         "reference": str(folder),
-        "seed": seed,
+        "seed": setting.seed,
+        "device": setting.device,
         "passed": all(isinstance(row, Skip) or row.passes for row in rows),
         "cases": [_entry(row) for row in rows],
         "self_agreement": [

@@ -83,7 +83,7 @@ def validate(
         outcomes.append(case.replay(setting))
         done = sum(isinstance(outcome, Outcome) for outcome in outcomes)
         console.print(f"{done}/{n_cases} {case.name}: {time.perf_counter() - started:.1f} s")
-    return _conclude(console, outcomes, folder, seed, json, out)
+    return _conclude(console, outcomes, folder, setting, json, out)
 
 
 def _collect(recordings: Recordings) -> list[Case | Skip]:
@@ -111,7 +111,7 @@ def _conclude(
     console: Console,
     outcomes: list[Outcome | Skip],
     folder: Path,
-    seed: int,
+    setting: Setting,
     json: Path | None,
     out: Path | None,
 ) -> int:
@@ -129,7 +129,7 @@ def _conclude(
     table.show_self_agreements(console, self_agreements)
     verdicts = [table.verdict(row) for row in rows]
     if json is not None:
-        table.write_json(json, folder, seed, rows, self_agreements)
+        table.write_json(json, folder, setting, rows, self_agreements)
         console.print(f"wrote {json}")
     if out is not None:
         from experiments.validate import plots

@@ -78,6 +78,7 @@ def test_recorded_runs_pass_and_are_reported(
     content = json.loads(file.read_text())
     assert content["format"] == 1
     assert content["passed"] is True
+    assert content["device"] == "cpu"
     by_measure = {(row["case"], row["measure"]): row for row in content["cases"]}
     row = by_measure["gaits worm-7x1 hilly f32", "one start, noccd: Spearman"]
     assert row["tolerance"] == ">= 0.975"
