@@ -8,7 +8,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from experiments.analysis import endurance, generalization, paired, pruning, recording, settling
+from experiments.analysis import (
+    endurance,
+    gaits,
+    generalization,
+    paired,
+    pruning,
+    recording,
+    settling,
+)
 from experiments.analysis import validation_matrix as validation
 from experiments.analysis.freezing import freeze, plastic_champions
 from experiments.analysis.unseen import assess
@@ -18,6 +26,7 @@ from experiments.runs.champions import Champions
 __all__ = [
     "endured",
     "frozen",
+    "gaits_watched",
     "generalized",
     "matrix",
     "paired_speeds",
@@ -51,6 +60,16 @@ def endured(run_folder: Path) -> Path:
     """
     out = run_folder / names.ENDURANCE
     return out if out.exists() else endurance.write(run_folder)
+
+
+def gaits_watched(run_folder: Path) -> Path:
+    """Frequency and vibration of the gaits of champions, plastic or static: gaits.csv.
+
+    Raises:
+        ValueError: the run cannot be read.
+    """
+    out = run_folder / names.GAITS
+    return out if out.exists() else gaits.write(run_folder)
 
 
 def frozen(run_folder: Path) -> Path:

@@ -17,6 +17,7 @@ __all__ = [
     "EVALUATION_TERRAINS",
     "FREEZING",
     "FREEZING_TERRAINS",
+    "GAITS",
     "GENERALIZATION",
     "HISTORY",
     "MATRIX",
@@ -45,6 +46,7 @@ PRUNING = "pruned.csv"
 PAIRED = "paired.csv"
 GENERALIZATION = "generalization.csv"
 ENDURANCE = "endurance.csv"
+GAITS = "gaits.csv"
 MATRIX = "matrix.csv"
 RECORDING = "recording.npz"
 RECORDING_MEASURES = "recording.json"

@@ -11,8 +11,8 @@ STUDY = Study(
     name="control_interval",
     question="Are the gaits vibrations, which a slower controller could not sustain?",
     grids=(Grid(axes={**LOW_AND_HIGH, "control_interval": (1, 2, 4, 12)}),),
-    analyses=("unseen_terrains", "recorded", "random_genomes"),
-    figures=("control_interval", "takeoff", "activations"),
+    analyses=("unseen_terrains", "gaits_watched", "recorded", "random_genomes"),
+    figures=("control_interval", "takeoff", "gaits", "activations"),
 )
 
 if __name__ == "__main__":

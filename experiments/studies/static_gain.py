@@ -32,8 +32,8 @@ STUDY = Study(
         ),
         Grid(axes={**LOW_AND_HIGH, **INTERVALS}),
     ),
-    analyses=("unseen_terrains",),
-    figures=("controls", "takeoff"),
+    analyses=("unseen_terrains", "gaits_watched"),
+    figures=("controls", "takeoff", "gaits"),
 )
 
 if __name__ == "__main__":

@@ -17,6 +17,7 @@ from experiments.report.figures.controls import (
     neuron_rules,
 )
 from experiments.report.figures.freezing import normalized_freezing, true_learning
+from experiments.report.figures.gaits import gaits
 from experiments.report.figures.overview import profiles, takeoff
 from experiments.report.figures.performance import (
     damage,
@@ -60,6 +61,7 @@ FIGURES: Mapping[str, Figure] = {
         initialization,
         controls,
         control_interval,
+        gaits,
         neuron_rules,
         attractors,
         rule_terms,

@@ -20,6 +20,7 @@ FILES = {
     "paired_speeds": "paired.csv",
     "generalized": "generalization.csv",
     "settled": "settling.csv",
+    "gaits_watched": "gaits.csv",
 }
 
 

@@ -115,3 +115,18 @@ def test_further_rules_are_compared_with_the_papers(root: Path, out: Path) -> No
     ]
     (row,) = draw("attractors", root, out)
     assert float(row["median_first"]) == 3.0
+
+
+def test_gaits_are_told_by_their_frequency(root: Path, out: Path) -> None:
+    folder = write_run(root, SMALL, [5.0, 6.0, 7.0])
+    lines = ["run,terrain,speed,gait_period,gait_frequency,gait_regularity,vibration"]
+    for run, frequencies in enumerate(((2.0, 4.0), (8.0, 8.0), ("nan", "nan"))):
+        for terrain, frequency in enumerate(frequencies):
+            lines.append(f"{run},{terrain},{run + terrain},nan,{frequency},0.9,0.{run + 1}")
+    (folder / "gaits.csv").write_text("\n".join(lines) + "\n")
+    write_run(root, MLP, [1.0])  # not watched
+    (row,) = draw("gaits", root, out)
+    assert (row["controller"], row["n"], row["periodic"]) == ("Hebbian", "3", "2")
+    assert float(row["frequency"]) == 5.5  # of 3 and 8 Hz
+    assert float(row["vibration"]) == 0.2
+    assert float(row["speed"]) == 1.5
