@@ -59,6 +59,12 @@ class FinishedRuns:
         """Of the controller: "MLP", "Hebbian", or what is special about it."""
         return label(self.config)
 
+    @property
+    def full_label(self) -> str:
+        """The same where plastic and static controllers are mixed: "Hebbian, every 12 steps"."""
+        is_variant = self.config.controller == "hebbian" and self.label != "Hebbian"
+        return f"Hebbian, {self.label}" if is_variant else self.label
+
     def table(self, name: str) -> Table | None:
         """A CSV file of the condition's folders, with column `run` counting this object's runs.
 

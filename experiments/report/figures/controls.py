@@ -7,11 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from experiments.config import EvolveConfig
 from experiments.report.figures import boxes
 from experiments.report.figures.performance import box
 from experiments.report.figures.variants import FULL
-from experiments.report.finished_runs import FinishedRuns, gather, label
+from experiments.report.finished_runs import FinishedRuns, gather
 
 __all__ = ["attractors", "control_interval", "controls", "neuron_rules"]
 
@@ -41,7 +40,7 @@ def controls(run_folders: Sequence[Path], out: Path) -> list[Path]:
     for interval in sorted({each.config.control_interval for each in found if _is_static(each)}):
         alike = [each for each in found if each.config.control_interval == interval]
         name = "controls" if interval == 1 else f"controls-{interval}"
-        plastic = label(EvolveConfig(control_interval=interval))
+        plastic = next((each.full_label for each in alike if _is_main(each)), FULL)
         files += _figure(alike, out, name, plastic)
     return files
 
@@ -83,18 +82,21 @@ def _is_static(condition: FinishedRuns) -> bool:
     return condition.config.controller != "hebbian"
 
 
+def _is_main(condition: FinishedRuns) -> bool:
+    """Whether it is the paper's plastic network, at any control interval."""
+    return not _is_static(condition) and set(condition.variant) <= {"control_interval"}
+
+
 def _figure(
     found: Sequence[FinishedRuns], out: Path, name: str, reference: str = FULL
 ) -> list[Path]:
     if not any(each.variant or each.config.controller == "rnn" for each in found):
         return []  # nothing but what other figures show
-    ordered = sorted(found, key=lambda each: (each.label != reference, _place(each)))
-    shown = reference if reference == FULL else f"{FULL}, {reference}"
-    drawn = [
-        replace(box(each, each.fitness), label=shown if each.label == reference else each.label)
-        for each in ordered
-    ]
-    return boxes.draw(drawn, out, name, shown, _CAPTION)
+    mixed = any(_is_static(each) for each in found)
+    names = {id(each): each.full_label if mixed else each.label for each in found}
+    ordered = sorted(found, key=lambda each: (names[id(each)] != reference, _place(each)))
+    drawn = [replace(box(each, each.fitness), label=names[id(each)]) for each in ordered]
+    return boxes.draw(drawn, out, name, reference, _CAPTION)
 
 
 def _place(condition: FinishedRuns) -> tuple[Any, ...]:

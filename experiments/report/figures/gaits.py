@@ -35,7 +35,7 @@ def gaits(run_folders: Sequence[Path], out: Path) -> list[Path]:
         return []
     shapes = list(dict.fromkeys(each.config.shape for each, _ in found))
     columns = list(dict.fromkeys(each.config.sensors for each, _ in found))
-    labels = list(dict.fromkeys(each.label for each, _ in found))
+    labels = list(dict.fromkeys(each.full_label for each, _ in found))
     looks = style.looks(labels)
     markers = {label: _MARKERS[i % len(_MARKERS)] for i, label in enumerate(labels)}
     marks: dict[str, dict[str, Any]] = {
@@ -54,7 +54,7 @@ def gaits(run_folders: Sequence[Path], out: Path) -> list[Path]:
                     frequency, speed = (
                         _per_run(table, name) for name in ("gait_frequency", "speed")
                     )
-                    axes.plot(frequency, speed, ls="", ms=4, alpha=0.8, **marks[each.label])
+                    axes.plot(frequency, speed, ls="", ms=4, alpha=0.8, **marks[each.full_label])
             if row == len(shapes) - 1:
                 axes.set_xlabel("frequency of the gait [Hz]")
             if column == 0:
@@ -79,7 +79,7 @@ def _row(condition: FinishedRuns, table: Table) -> dict[str, Any]:
     periodic = frequency[np.isfinite(frequency)]
     row: dict[str, Any] = {
         "where": f"{condition.config.shape} {condition.config.sensors}",
-        "controller": condition.label,
+        "controller": condition.full_label,
         "n": len(frequency),
         "periodic": len(periodic),
     }

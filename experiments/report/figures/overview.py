@@ -38,7 +38,7 @@ def takeoff(run_folders: Sequence[Path], out: Path) -> list[Path]:
     found, of_runs = [found[i] for i in drawn], [times[i] for i in drawn]
     shapes = list(dict.fromkeys(each.config.shape for each in found))
     columns = list(dict.fromkeys(each.config.sensors for each in found))
-    looks = style.looks(list(dict.fromkeys(each.label for each in found)))
+    looks = style.looks(list(dict.fromkeys(each.full_label for each in found)))
     size = (len(shapes), len(columns))
     with style.sheet(out, "takeoff", _PANEL, *size, sharex="all", sharey="all") as sheet:
         for (row, shape), (column, sensors) in itertools.product(
@@ -48,7 +48,7 @@ def takeoff(run_folders: Sequence[Path], out: Path) -> list[Path]:
             axes.set(title=f"{shape} {sensors}", ylim=(-0.03, 1.03))
             for each, own in zip(found, of_runs, strict=True):
                 if (each.config.shape, each.config.sensors) == (shape, sensors):
-                    _draw_survival(axes, own, looks[each.label])
+                    _draw_survival(axes, own, looks[each.full_label])
             if row == len(shapes) - 1:
                 axes.set_xlabel("generation")
             if column == 0:
@@ -76,7 +76,7 @@ def profiles(run_folders: Sequence[Path], out: Path) -> list[Path]:
     """Share of runs faster than a speed, over all apparatuses of a shape, and the aggregates."""
     by_shape: dict[str, dict[str, list[FinishedRuns]]] = {}
     for each in _undamaged(run_folders):
-        by_shape.setdefault(each.config.shape, {}).setdefault(each.label, []).append(each)
+        by_shape.setdefault(each.config.shape, {}).setdefault(each.full_label, []).append(each)
     if not by_shape:
         return []
     looks = style.looks(list(dict.fromkeys(label for own in by_shape.values() for label in own)))
@@ -120,18 +120,20 @@ def _handles(looks: dict[str, style.Look]) -> list[Line2D]:
 
 def _takeoff_rows(found: Sequence[FinishedRuns], of_runs: Sequence[Times]) -> list[dict[str, Any]]:
     baselines = {
-        each.where: times for each, times in zip(found, of_runs, strict=True) if each.label == "MLP"
+        each.where: times
+        for each, times in zip(found, of_runs, strict=True)
+        if each.full_label == "MLP"
     }
     p_values = {
         i: survival.log_rank(times, baselines[each.where])
         for i, (each, times) in enumerate(zip(found, of_runs, strict=True))
-        if each.label != "MLP" and each.where in baselines
+        if each.full_label != "MLP" and each.where in baselines
     }
     corrected = dict(zip(p_values, statistics.holm(list(p_values.values())), strict=True))
     return [
         {
             "where": each.where,
-            "controller": each.label,
+            "controller": each.full_label,
             "n": len(times),
             "took_off": int(times.happened.sum()),
             "median_generation": times.median,
