@@ -21,6 +21,7 @@ __all__ = [
     "GENERALIZATION",
     "HISTORY",
     "MATRIX",
+    "MORE_EVALUATION_TERRAINS",
     "PAIRED",
     "PRUNING",
     "RANDOM_GENOMES",
@@ -59,6 +60,8 @@ _FORMER = {RECORDING: "inner_life.npz", RECORDING_MEASURES: "inner_life.json"}
 
 EVALUATION_TERRAINS = 10
 """Unseen terrains of a re-assessment, as in the paper (Sec. IV-A)."""
+MORE_EVALUATION_TERRAINS = 40
+"""Those of `evaluate --terrains 40`, which reports prefer where it was done."""
 FREEZING_TERRAINS = 3
 """Unseen terrains on which frozen weights are assessed."""
 

@@ -12,7 +12,7 @@ from experiments.report.figures import boxes, curves
 from experiments.report.figures.boxes import Box
 from experiments.report.figures.curves import Curve
 from experiments.report.finished_runs import FinishedRuns, Table, gather, per_run
-from experiments.runs.names import evaluation_file
+from experiments.runs.names import MORE_EVALUATION_TERRAINS, evaluation_file
 
 __all__ = [
     "box",
@@ -79,8 +79,10 @@ def main_models(conditions: Sequence[FinishedRuns], damage: str) -> list[Finishe
 
 
 def unseen(condition: FinishedRuns) -> Table | None:
-    """Re-assessment on unseen terrains of the kind, and with the damage, of the evolution."""
-    return condition.table(evaluation_file(condition.config))
+    """Re-assessment on unseen terrains of the kind, and with the damage, of the evolution: on 40 of
+    them where that was done, else on the paper's 10."""
+    more = condition.table(evaluation_file(condition.config, MORE_EVALUATION_TERRAINS))
+    return condition.table(evaluation_file(condition.config)) if more is None else more
 
 
 def unseen_per_run(condition: FinishedRuns) -> Values:

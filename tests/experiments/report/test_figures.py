@@ -66,6 +66,17 @@ def test_generalization_tests_runs_and_tells_the_pooled_p(root: Path, out: Path)
     assert int(row["n_first"]) == 3
 
 
+def test_a_reassessment_on_more_terrains_counts(root: Path, out: Path) -> None:
+    folders = [write_run(root, each, [9.0, 9.0]) for each in (SMALL, MLP)]
+    for folder, config in zip(folders, (SMALL, MLP), strict=True):
+        write_evaluation(folder, config, [[1.0, 1.0], [1.0, 1.0]])
+        usual = folder / "evaluation-hilly-3-30-none.csv"
+        usual.rename(folder / "evaluation-hilly-3-30-none-40-seed0.csv")
+        write_evaluation(folder, config, [[5.0], [5.0]])
+    (row,) = draw("generalization", root, out)
+    assert (float(row["median_first"]), float(row["median_second"])) == (1.0, 1.0)
+
+
 def test_damage_is_a_figure_of_its_own(root: Path, out: Path) -> None:
     broken = replace(SMALL, damage="half")
     folder = write_run(root, broken, [3.0, 4.0])
