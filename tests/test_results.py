@@ -50,8 +50,14 @@ def pages(number: str) -> list[str]:
     return re.split(r"\n## ", text.split(f"\n## {number}. ")[1])[0].splitlines()
 
 
+def _is_drawn_again(path: Path) -> bool:
+    """What `hebbtorch figures` puts beside the published files of a campaign."""
+    again = path.suffix in (".pdf", ".md") and path.name != "REPORT.md"
+    return again and path.parent.name == "figures"
+
+
 def test_results_are_few_small_and_intact() -> None:
-    files = [path for path in RESULTS.rglob("*") if path.is_file()]
+    files = [path for path in RESULTS.rglob("*") if path.is_file() and not _is_drawn_again(path)]
     assert len(files) < 150
     assert sum(path.stat().st_size for path in files) < 25e6
     assert BUNDLES
@@ -153,3 +159,73 @@ def test_interquartile_mean_over_apparatuses() -> None:
     together = np.concatenate([speeds[f"{each}-mlp"] for each in PLACES if "worm" in each])
     published = table("profiles", shape="worm-7x1", controller="MLP")
     assert float(published["iqm"]) == pytest.approx(stats.trim_mean(together, 0.25))
+
+
+CONTROLS = RESULTS / "controls"
+ACTS = {"every step": "", "every 2nd": "-interval-2", "every 4th": "-interval-4"}
+ACTS["every 12th"] = "-interval-12"
+NETWORKS = {
+    "Hebbian": "hebbian",
+    "MLP": "mlp",
+    "MLP, gain 10": "mlp-gain-10",
+    "MLP, gain 30": "mlp-gain-30",
+    "MLP, gain 30, biases": "mlp-gain-30-bias",
+    "recurrent, gain 30": "rnn-gain-30",
+}
+
+
+def control_rows() -> list[list[str]]:
+    """The cells of the report's table of controls."""
+    text = (RESULTS / "REPORT.md").read_text(encoding="utf-8")
+    section = text.split("## Is it plasticity?")[1].split("\n## ")[0]
+    lines = [line for line in section.splitlines() if line.startswith("| ")]
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[1:]]
+
+
+def test_the_table_of_controls_is_that_of_the_runs() -> None:
+    runs = defaultdict(list)
+    for row in rows(CONTROLS / "runs.csv"):
+        runs[row["condition"]].append((float(row["speed"]), float(row["unseen"])))
+    with zipfile.ZipFile(CONTROLS / "tables.zip") as archive:
+        takeoff = {name: _takeoffs(archive, name) for name in runs}
+    found = control_rows()
+    assert len(found) >= 10
+    for network, acts, *cells in found:
+        for shape, own in (("biped-4x3", cells[:4]), ("worm-7x1", cells[4:])):
+            name = f"{shape}-low-{NETWORKS[network]}{ACTS[acts]}"
+            speeds, unseen = np.array(runs[name]).T
+            assert len(speeds) == 10
+            low, middle, high = (f"{f(speeds):.1f}" for f in (np.min, np.median, np.max))
+            assert own[0] == f"{middle} ({low} to {high})", name
+            assert own[1] == f"{np.median(unseen):.1f}", name
+            half = sorted(takeoff[name])[4]  # the fifth of ten runs
+            ever = sum(map(math.isfinite, takeoff[name]))
+            assert own[2] == (f"{half:g}" if math.isfinite(half) else f"{ever} of 10 ever"), name
+
+
+def _takeoffs(archive: zipfile.ZipFile, name: str) -> list[float]:
+    """The generation in which each run was above 1 m/s for the first time."""
+    first: dict[str, float] = {}
+    for row in csv.DictReader(io.StringIO(archive.read(f"{name}/history.csv").decode())):
+        first.setdefault(row["run"], math.inf)
+        if float(row["best"]) > 1:
+            first[row["run"]] = min(first[row["run"]], int(row["generation"]))
+    return list(first.values())
+
+
+def test_larger_static_weights_against_plastic_ones() -> None:
+    speeds = defaultdict(list)
+    for row in rows(CONTROLS / "runs.csv"):
+        speeds[row["condition"]].append(float(row["speed"]))
+    compared = []
+    for figure, acts in (("controls", ""), ("controls-12", "-interval-12")):
+        for row in rows(CONTROLS / "figures" / f"{figure}.csv"):
+            shape, _, sensors = row["where"].partition(" ")
+            if sensors != "low" or row["first"].split(", every")[0] != "MLP, gain 10":
+                continue
+            static = speeds[f"{shape}-low-mlp-gain-10{acts}"]
+            plastic = speeds[f"{shape}-low-hebbian{acts}"]
+            assert float(row["p"]) == pytest.approx(stats.mannwhitneyu(static, plastic).pvalue)
+            assert float(row["a12"]) == pytest.approx(np.greater.outer(static, plastic).mean())
+            compared.append(shape + acts)
+    assert len(set(compared)) == 4

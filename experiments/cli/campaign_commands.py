@@ -77,7 +77,7 @@ def pack(root: Root, out: Path, seed: int = 0) -> None:
 
     for path in pack_runs(root, out):
         print(f"wrote {path}")
-    _tell_what_is_missing(draw_all((out,), None, seed, print_quality=False))
+    _tell_what_is_missing(draw_all((out,), None, seed, all_formats=False))
 
 
 def unpack(bundle: Root, out: Path) -> None:

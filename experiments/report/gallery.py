@@ -18,7 +18,7 @@ __all__ = ["draw_all"]
 
 
 def draw_all(
-    roots: Sequence[Path], out: Path | None, seed: int, *, print_quality: bool = True
+    roots: Sequence[Path], out: Path | None, seed: int, *, all_formats: bool = True
 ) -> list[str]:
     """Draw every figure, write its table and the report, and tell which files were written.
 
@@ -27,7 +27,7 @@ def draw_all(
             recorded trajectories, of which each gets a figure of its own.
         out: folder for the files, created if need be; by default `figures` in the first root.
         seed: The seed of the bootstrap intervals.
-        print_quality: whether to keep the figures in PDF, too.
+        all_formats: whether to keep figures in PDF and tables in Markdown, too.
 
     Returns:
         Names of the figures that were not drawn, since runs for them are missing.
@@ -56,17 +56,17 @@ def draw_all(
         gather(found)  # so that what is wrong with them is told before anything is written
         out.mkdir(parents=True, exist_ok=True)
         with intervals.resampling_with(seed):
-            return _draw(found, out, print_quality)
+            return _draw(found, out, all_formats)
 
 
-def _draw(found: Sequence[Path], out: Path, print_quality: bool) -> list[str]:
+def _draw(found: Sequence[Path], out: Path, all_formats: bool) -> list[str]:
     """Draw everything beside `out`'s files, and put it among them once all of it is there."""
     undrawn = []
     with tempfile.TemporaryDirectory(prefix=".drawing-", dir=out) as draft:
         for name, figure in FIGURES.items():
             files = figure(found, Path(draft))
             for path in files:
-                if path.suffix == ".pdf" and not print_quality:
+                if path.suffix in (".pdf", ".md") and not all_formats:
                     path.unlink()
             if not files:
                 undrawn.append(name)

@@ -48,7 +48,7 @@ def test_a_damaged_table_is_named_and_nothing_is_written(
     path.write_bytes(DAMAGES[damage])
     out = tmp_path / "out"
     with pytest.raises(ValueError, match=table):
-        draw_all([root], out, 0, print_quality=False)
+        draw_all([root], out, 0, all_formats=False)
     assert list(out.iterdir()) == []
 
 
@@ -67,4 +67,4 @@ def test_a_recording_of_a_newer_version_is_refused_by_saying_so(
     else:
         path.write_text(json.dumps(json.loads(path.read_text()) | {"format": 2}))
     with pytest.raises(ValueError, match=f"{table}.* a newer version of hebbtorch"):
-        draw_all([root], tmp_path / "out", 0, print_quality=False)
+        draw_all([root], tmp_path / "out", 0, all_formats=False)
