@@ -59,8 +59,14 @@ _LOOKS = (
 
 
 def looks(labels: Sequence[str]) -> dict[str, Look]:
-    """A look for each label, in order; the first is that of the main model."""
-    return {label: _LOOKS[i % len(_LOOKS)] for i, label in enumerate(labels)}
+    """A look for each label, in order; the first is that of the main model. Where there are more
+    labels than colours, these come again with other lines and hatches."""
+    found = {}
+    for i, label in enumerate(labels):
+        again, place = divmod(i, len(_LOOKS))
+        other = _LOOKS[(place + again) % len(_LOOKS)]
+        found[label] = Look(_LOOKS[place].color, other.line, other.hatch)
+    return found
 
 
 def counted(numbers: Sequence[int]) -> str:

@@ -9,6 +9,7 @@ import pytest
 
 from experiments import cli
 from experiments.config import EvolveConfig
+from experiments.io import style
 from experiments.report.figures import FIGURES
 from experiments.report.finished_runs import find_runs, gather, per_run
 from tests.experiments.finished_runs import (
@@ -251,3 +252,10 @@ def test_the_command_needs_finished_runs(
         assert command(arguments, monkeypatch) == 2
         assert capsys.readouterr().err.startswith("hebbtorch: root: expected ")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_many_controllers_look_unlike_each_other() -> None:
+    found = style.looks([str(i) for i in range(20)])
+    assert len({(look.color, str(look.line)) for look in found.values()}) == 20
+    assert len({(look.color, look.hatch) for look in found.values()}) == 20
+    assert found["0"] == style.looks(["one"])["one"]
