@@ -45,7 +45,7 @@ EXPERIMENTS = {
 
 # What experiments use of physics besides its public names.
 INSIDE = {
-    "physics.checks": {"bench", "config"},
+    "physics.checks": {"bench", "config", "validate"},
     "physics.backend": {"bench", "rollout"},
     "physics.engine": {"bench", "rollout"},
     "physics.envs": {"bench", "soak"},
