@@ -23,6 +23,7 @@ __all__ = ["SPEED", "Look", "Sheet", "counted", "looks", "sheet"]
 SPEED = "velocity $\\bar{v}_x$ [m/s]"
 
 _DPI = 200
+_LEGEND_ROWS, _LEGEND_ROW = 3, 0.17  # for which there is room; height of one more [in]
 _LEGEND_HANDLE, _LEGEND_LETTER = 0.55, 0.062  # widths in a legend [in]
 _NOTE_LETTER = 0.05  # width of a letter of a note [in]
 _RC: dict[Any, Any] = {
@@ -94,9 +95,12 @@ class Sheet:
         """One legend for all panels, above them, under a title."""
         longest = max(len(handle.get_label()) for handle in handles)
         column = _LEGEND_HANDLE + _LEGEND_LETTER * longest
-        columns = min(len(handles), int(self.figure.get_figwidth() / column))
+        columns = max(1, min(len(handles), int(self.figure.get_figwidth() / column)))
+        rows = -(-len(handles) // columns)
+        more = _LEGEND_ROW * max(0, rows - _LEGEND_ROWS)  # so that it does not take it from panels
+        self.figure.set_figheight(self.figure.get_figheight() + more)
         self.figure.legend(
-            handles=handles, loc="outside upper center", ncols=max(columns, 1), title=title or None
+            handles=handles, loc="outside upper center", ncols=columns, title=title or None
         )
 
     def note(self, words: str) -> None:
