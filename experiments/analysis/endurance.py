@@ -4,56 +4,35 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from experiments.config import EvolveConfig
-from experiments.io.csvfile import write_csv
 from experiments.rollout import seeds
 from experiments.rollout.episode import start_episode
 from experiments.rollout.scenarios import Scenarios
 from experiments.runs.champions import Champions
-from experiments.runs.names import ENDURANCE
 from physics import Terrain
 
-__all__ = ["long_terrain", "speeds_by_window", "write"]
+__all__ = ["COLUMNS", "long_terrain", "rows", "speeds_by_window"]
 
 _TERRAINS = 3
 _PIECES = 4  # of unseen terrains, one after the other: 7.9 km in all
 _LENGTHS = 10  # of an episode of the evolution
 _WINDOWS = 20  # in which the speed is measured
-_COLUMNS = ("run", "terrain", "window", "end", "speed")
+COLUMNS = ("run", "terrain", "window", "end", "speed")
+"""Of its table: window from 0, its end [s] and the speed within it [m/s]."""
 
 
-def write(folder: Path, seed: int = 0) -> Path:
-    """Assess the champions of a run over a long time.
-
-    The file endurance.csv has columns run, terrain, window (from 0), end of the window [s] and
-    speed within it [m/s].
-
-    Args:
-        folder: The folder of a finished run.
-        seed: decides noise, damage and the initial weights.
-
-    Returns:
-        The file.
-
-    Raises:
-        ValueError: the run cannot be read.
-    """
-    champions = Champions.load(folder)
-    return write_csv(folder / ENDURANCE, _COLUMNS, _rows(champions, seed))
-
-
-def _rows(champions: Champions, seed: int) -> Iterator[tuple[int, int, int, float, float]]:
+def rows(champions: Champions) -> Iterator[tuple[int, int, int, float, float]]:
+    """Assess champions over a long time; see `COLUMNS`."""
     config = champions.config
     length = _LENGTHS * config.duration
     each = seeds.unseen_terrain_seeds(_TERRAINS)
     test = replace(
-        Scenarios.unseen(config.terrain, each, seed),
+        Scenarios.unseen(config.terrain, each),
         terrains=[long_terrain(config.terrain, k * _PIECES, _PIECES) for k in each],
     )
     speeds = speeds_by_window(config, champions.genomes, test, length).tolist()

@@ -12,26 +12,24 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import reduce
 from operator import add
-from pathlib import Path
 from typing import Any
 
 from torch import Tensor
 
 from experiments.config import EvolveConfig
-from experiments.io.csvfile import write_csv
 from experiments.rollout import seeds
 from experiments.rollout.episode import start_episode
 from experiments.rollout.scenarios import Scenarios
 from experiments.runs.champions import Champions
-from experiments.runs.names import GENERALIZATION
 from physics import Damage, Engine, Terrain
 
-__all__ = ["SETTINGS", "TRAINING", "UNSEEN", "Setting", "speeds_in", "write"]
+__all__ = ["COLUMNS", "SETTINGS", "TRAINING", "UNSEEN", "Setting", "rows", "speeds_in"]
 
 TRAINING, UNSEEN = "training", "unseen"
 
 _TERRAINS = 30
-_COLUMNS = ("setting", "run", "terrain", "speed")
+COLUMNS = ("setting", "run", "terrain", "speed")
+"""Of its table; speed in m/s."""
 
 
 @dataclass(frozen=True)
@@ -75,33 +73,17 @@ SETTINGS = (
 """Of 30 episodes each; ordinary gravity is 9.8 m/s^2, ordinary friction 1.41."""
 
 
-def write(folder: Path, seed: int = 0) -> Path:
-    """Assess the champions of a run in all settings.
-
-    The file generalization.csv has columns setting, run, terrain and speed [m/s].
-
-    Args:
-        folder: The folder of a finished run.
-        seed: decides noise, damage and the initial weights.
-
-    Returns:
-        The file.
-
-    Raises:
-        ValueError: the run cannot be read.
-    """
-    champions = Champions.load(folder)
-    rows = [row for setting in SETTINGS for row in _rows(champions, setting, seed)]
-    return write_csv(folder / GENERALIZATION, _COLUMNS, rows)
+def rows(champions: Champions) -> Iterator[tuple[str, int, str, float]]:
+    """Assess champions in all settings; see `COLUMNS`."""
+    for setting in SETTINGS:
+        yield from _rows(champions, setting)
 
 
-def _rows(
-    champions: Champions, setting: Setting, seed: int
-) -> Iterator[tuple[str, int, str, float]]:
+def _rows(champions: Champions, setting: Setting) -> Iterator[tuple[str, int, str, float]]:
     config = champions.config
     n_runs = len(champions.genomes)
     kind = config.terrain if setting.terrain is None else setting.terrain
-    unseen = Scenarios.unseen(kind, seeds.unseen_terrain_seeds(_TERRAINS), seed)
+    unseen = Scenarios.unseen(kind, seeds.unseen_terrain_seeds(_TERRAINS))
     per_run = [unseen] * n_runs
     if setting.name == TRAINING:
         per_run = [

@@ -12,6 +12,7 @@ from physics import DT
 __all__ = [
     "DIVERGED",
     "activation_measures",
+    "command_measures",
     "gait_measures",
     "term_shares",
     "weight_measures",
@@ -90,6 +91,23 @@ def gait_measures(areas: np.ndarray, step: float = DT) -> dict[str, float | None
         "gait_frequency": spectrum.frequency_of(areas, step),
         "gait_regularity": spectrum.regularity_of(areas),
         "vibration": spectrum.power_above(areas, _VIBRATION, step),
+    }
+
+
+def command_measures(actuation: np.ndarray) -> dict[str, float]:
+    """What a body is told to do.
+
+    Args:
+        actuation: of the voxels, shape (T, V), one row per control step.
+
+    Returns:
+        saturated: share of it beyond 0.9; alternating: share of the steps in one of the two
+        commonest postures, each a choice of voxels that contract while the others expand.
+    """
+    _, counts = np.unique(actuation > 0, axis=0, return_counts=True)
+    return {
+        "saturated": float((np.abs(actuation) > _SATURATED).mean()),
+        "alternating": float(np.sort(counts)[-2:].sum() / len(actuation)),
     }
 
 

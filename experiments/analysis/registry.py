@@ -6,7 +6,9 @@ conditions are those of its evolution, unless it is their purpose to vary them.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 from experiments.analysis import (
     endurance,
@@ -20,6 +22,7 @@ from experiments.analysis import (
 from experiments.analysis import validation_matrix as validation
 from experiments.analysis.freezing import freeze, plastic_champions
 from experiments.analysis.unseen import assess
+from experiments.io.csvfile import write_csv
 from experiments.runs import names
 from experiments.runs.champions import Champions
 
@@ -58,8 +61,7 @@ def endured(run_folder: Path) -> Path:
     Raises:
         ValueError: the run cannot be read.
     """
-    out = run_folder / names.ENDURANCE
-    return out if out.exists() else endurance.write(run_folder)
+    return _table(run_folder, names.ENDURANCE, endurance.COLUMNS, endurance.rows)
 
 
 def gaits_watched(run_folder: Path) -> Path:
@@ -68,8 +70,7 @@ def gaits_watched(run_folder: Path) -> Path:
     Raises:
         ValueError: the run cannot be read.
     """
-    out = run_folder / names.GAITS
-    return out if out.exists() else gaits.write(run_folder)
+    return _table(run_folder, names.GAITS, gaits.COLUMNS, gaits.rows)
 
 
 def frozen(run_folder: Path) -> Path:
@@ -103,8 +104,7 @@ def generalized(run_folder: Path) -> Path:
     Raises:
         ValueError: the run cannot be read.
     """
-    out = run_folder / names.GENERALIZATION
-    return out if out.exists() else generalization.write(run_folder)
+    return _table(run_folder, names.GENERALIZATION, generalization.COLUMNS, generalization.rows)
 
 
 def recorded(run_folder: Path) -> Path:
@@ -155,3 +155,14 @@ def matrix(run_folder: Path) -> Path:
     """
     out = run_folder / names.MATRIX
     return out if out.exists() else validation.validate(Champions.load(run_folder)).write(out)
+
+
+def _table(
+    run_folder: Path,
+    name: str,
+    columns: Sequence[str],
+    rows: Callable[[Champions], Iterable[Sequence[Any]]],
+) -> Path:
+    """A table of a run's champions, where it is not there already."""
+    out = run_folder / name
+    return out if out.exists() else write_csv(out, columns, rows(Champions.load(run_folder)))

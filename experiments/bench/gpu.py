@@ -21,6 +21,7 @@ Driver = Literal["hebbian", "mlp", "own module"]
 
 _WORLDS = (400, 4_800, 16_000, 48_000, 96_000)
 _DRIVERS: tuple[Driver, ...] = ("hebbian", "mlp", "own module")
+_ROOM = 2**18  # for a world, twice what the largest takes [bytes]
 _TARGETS = {("hebbian", 48_000): Target(10e6, 10e6)}
 _SCRIPT = """
 import json, sys
@@ -34,10 +35,11 @@ for driver, worlds in json.loads(sys.argv[3]):
 
 
 def gpu(setting: Setting) -> list[Measurement]:
-    """Closed loops of several sizes, in a process of their own: one simulates on one device."""
+    """Closed loops of all sizes that fit, in a process apart, for one simulates on one device."""
     if not torch.cuda.is_available():
         return []
-    cases = [(driver, worlds) for driver in _DRIVERS for worlds in _WORLDS]
+    most = torch.cuda.get_device_properties(0).total_memory // _ROOM
+    cases = [(driver, worlds) for driver in _DRIVERS for worlds in _WORLDS if worlds <= most]
     arguments = [str(setting.seed), str(setting.repetitions), json.dumps(cases)]
     command = [sys.executable, "-c", _SCRIPT, *arguments]
     done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)

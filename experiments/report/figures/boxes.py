@@ -225,6 +225,8 @@ def _rows(
     for comparison in comparisons:
         row = tables.comparison_row(comparison)
         pair = [by_place[comparison.where, each] for each in (comparison.first, reference)]
+        shift = intervals.shift(*(box.values for box in pair))
+        row |= {"shift": shift.value, "shift_low": shift.low, "shift_high": shift.high}
         pooled = [box.pooled for box in pair if box.pooled is not None]
         if len(pooled) == 2:
             row["p_pooled"] = statistics.mann_whitney(*pooled).p

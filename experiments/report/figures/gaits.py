@@ -19,6 +19,7 @@ from experiments.runs.names import GAITS
 __all__ = ["gaits"]
 
 _PANEL = (2.6, 2.2)  # [in]
+_MEASURES = ("vibration", "saturated", "alternating", "speed")
 _MARKERS = "osD^vP*X"
 
 Values = NDArray[np.float64]
@@ -66,7 +67,9 @@ def gaits(run_folders: Sequence[Path], out: Path) -> list[Path]:
         )
     caption = (
         "Gaits of each run's best individual on terrains that its evolution never met: frequency "
-        "[Hz], share of the variance of the body's areas above 4 Hz (vibration), speed [m/s]. "
+        "[Hz], share of the variance of the body's areas above 4 Hz (vibration), of the commands "
+        "beyond 0.9 (saturated), of the time in the two commonest postures (alternating), speed "
+        "[m/s]. "
         "Medians over terrains, then over runs with 95 % bootstrap intervals; `periodic` is the "
         "number of runs with a gait that repeats itself on most terrains."
     )
@@ -83,12 +86,8 @@ def _row(condition: FinishedRuns, table: Table) -> dict[str, Any]:
         "n": len(frequency),
         "periodic": len(periodic),
     }
-    measured = (
-        ("frequency", periodic),
-        ("vibration", _per_run(table, "vibration")),
-        ("speed", _per_run(table, "speed")),
-    )
-    for name, values in measured:
+    of_runs = {name: _per_run(table, name) for name in _MEASURES}
+    for name, values in ({"frequency": periodic} | of_runs).items():
         values = values[np.isfinite(values)]
         if len(values):
             middle = intervals.median(values)

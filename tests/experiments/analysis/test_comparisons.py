@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import torch
 
-from experiments.analysis import endurance, generalization, paired
+from experiments.analysis import endurance, generalization, paired, registry
 from experiments.analysis.unseen import speeds_on
 from experiments.config import EvolveConfig
 from experiments.rollout import Scenarios, seeds, simulator
@@ -64,7 +64,7 @@ def test_settings_differ_from_the_evolution_in_what_they_say(
     monkeypatch.setattr(generalization, "_TERRAINS", 2)
     config = replace(PLASTIC, generations=2, population=4)
     folder = run_folder(tmp_path, config)
-    rows = read_csv(generalization.write(folder))
+    rows = read_csv(registry.generalized(folder))
     names = [setting.name for setting in generalization.SETTINGS]
     assert list(dict.fromkeys(row["setting"] for row in rows)) == names
     assert len(rows) == 2 * 2 * len(names)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from experiments.analysis import gaits
+from experiments.analysis import gaits, registry
 from experiments.config import EvolveConfig
 from experiments.rollout.episode import start_episode
 from experiments.rollout.scenarios import Scenarios
@@ -17,25 +17,28 @@ from tests.experiments.champions import PLASTIC, STATIC, random_champions, run_f
 
 
 @pytest.mark.parametrize(
-    ("config", "rows", "step"),
+    ("config", "rows", "step", "commands"),
     [
-        (PLASTIC, 30, DT),
-        (replace(STATIC, control_interval=4), 30, DT),
-        (replace(PLASTIC, control_interval=4, control_delay=2), 30, DT),
-        (replace(PLASTIC, control_interval=4, actuation_cutoff=3.0), 8, 4 * DT),
+        (PLASTIC, 30, DT, 30),
+        (replace(STATIC, control_interval=4), 30, DT, 8),
+        (replace(PLASTIC, control_interval=4, control_delay=2), 30, DT, 8),
+        (replace(PLASTIC, control_interval=4, actuation_cutoff=3.0), 8, 4 * DT, 8),
     ],
 )
-def test_bodies_end_as_their_episodes_do(config: EvolveConfig, rows: int, step: float) -> None:
+def test_bodies_end_as_their_episodes_do(
+    config: EvolveConfig, rows: int, step: float, commands: int
+) -> None:
     genomes = random_champions(config).genomes
     scenarios = Scenarios.unseen(config.terrain, [1, 2], 0)
-    areas, speeds, found_step = gaits.areas_and_speeds(config, genomes, scenarios)
+    motion = gaits.watch(config, genomes, scenarios)
     episode = start_episode(config, genomes, scenarios)
     outcome = episode.finish()
-    assert areas.shape == (rows, 2, 3)
-    assert found_step == step
-    assert (areas[-1] == episode.sim.area_ratios().numpy()).all()
-    assert speeds.tolist() == outcome.speed.tolist()
-    assert areas.std(axis=0).min() > 0  # they move
+    assert motion.areas.shape == (rows, 2, 3)
+    assert motion.step == step
+    assert (motion.areas[-1] == episode.sim.area_ratios().numpy()).all()
+    assert motion.actuation.shape == (commands, 2, 3)
+    assert motion.speed.tolist() == outcome.speed.tolist()
+    assert motion.areas.std(axis=0).min() > 0  # they move
 
 
 def test_robots_at_rest_have_no_gait(tmp_path: Path) -> None:
@@ -45,7 +48,7 @@ def test_robots_at_rest_have_no_gait(tmp_path: Path) -> None:
     champions.genomes[:] = 50.0  # all voxels contract for ever
     folder = run_folder(tmp_path, config)
     champions.save(folder)
-    with gaits.write(folder).open(newline="") as file:
+    with registry.gaits_watched(folder).open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert [(row["run"], row["terrain"]) for row in rows] == [
         (str(run), str(terrain)) for run in range(2) for terrain in range(4)

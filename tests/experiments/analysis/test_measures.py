@@ -6,6 +6,7 @@ from scipy import stats
 
 from experiments.analysis.measures import (
     activation_measures,
+    command_measures,
     gait_measures,
     term_shares,
     weight_measures,
@@ -90,6 +91,13 @@ def test_measures_of_a_gait() -> None:
     assert found["gait_frequency"] == pytest.approx(8.0, rel=0.01)
     assert found["gait_period"] == pytest.approx(1 / 8, rel=0.01)
     assert found["vibration"] == pytest.approx(1.0, abs=0.01)
+
+
+def test_measures_of_commands() -> None:
+    """Two postures in turns for eight steps, then two others, the last one in part."""
+    postures = np.array([[1.0, -1.0], [-1.0, 1.0]] * 4 + [[1.0, 1.0], [-1.0, -0.5]])
+    found = command_measures(postures)
+    assert found == {"saturated": 0.95, "alternating": 0.8}
 
 
 def test_what_does_not_repeat_itself_has_no_period() -> None:

@@ -119,10 +119,11 @@ def test_further_rules_are_compared_with_the_papers(root: Path, out: Path) -> No
 
 def test_gaits_are_told_by_their_frequency(root: Path, out: Path) -> None:
     folder = write_run(root, SMALL, [5.0, 6.0, 7.0])
-    lines = ["run,terrain,speed,gait_period,gait_frequency,gait_regularity,vibration"]
+    measures = "gait_period,gait_frequency,gait_regularity,vibration,saturated,alternating"
+    lines = [f"run,terrain,speed,{measures}"]
     for run, frequencies in enumerate(((2.0, 4.0), (8.0, 8.0), ("nan", "nan"))):
         for terrain, frequency in enumerate(frequencies):
-            lines.append(f"{run},{terrain},{run + terrain},nan,{frequency},0.9,0.{run + 1}")
+            lines.append(f"{run},{terrain},{run + terrain},nan,{frequency},0.9,0.{run + 1},1.0,0.5")
     (folder / "gaits.csv").write_text("\n".join(lines) + "\n")
     write_run(root, MLP, [1.0])  # not watched
     (row,) = draw("gaits", root, out)
@@ -130,3 +131,4 @@ def test_gaits_are_told_by_their_frequency(root: Path, out: Path) -> None:
     assert float(row["frequency"]) == 5.5  # of 3 and 8 Hz
     assert float(row["vibration"]) == 0.2
     assert float(row["speed"]) == 1.5
+    assert (float(row["saturated"]), float(row["alternating"])) == (1.0, 0.5)
