@@ -188,6 +188,7 @@ def test_the_table_of_controls_is_that_of_the_runs() -> None:
         runs[row["condition"]].append((float(row["speed"]), float(row["unseen"])))
     with zipfile.ZipFile(CONTROLS / "tables.zip") as archive:
         takeoff = {name: _takeoffs(archive, name) for name in runs}
+        hertz = {name: _per_run(archive, f"{name}/gaits.csv", "gait_frequency") for name in runs}
     found = control_rows()
     assert len(found) >= 10
     for network, acts, *cells in found:
@@ -201,6 +202,9 @@ def test_the_table_of_controls_is_that_of_the_runs() -> None:
             half = sorted(takeoff[name])[4]  # the fifth of ten runs
             ever = sum(map(math.isfinite, takeoff[name]))
             assert own[2] == (f"{half:g}" if math.isfinite(half) else f"{ever} of 10 ever"), name
+            frequencies = hertz[name]
+            few = f" ({len(frequencies)})" if len(frequencies) < 10 else ""
+            assert own[3] == f"{np.median(frequencies):.1f}{few}", name
 
 
 def _takeoffs(archive: zipfile.ZipFile, name: str) -> list[float]:
@@ -211,6 +215,35 @@ def _takeoffs(archive: zipfile.ZipFile, name: str) -> list[float]:
         if float(row["best"]) > 1:
             first[row["run"]] = min(first[row["run"]], int(row["generation"]))
     return list(first.values())
+
+
+def _per_run(archive: zipfile.ZipFile, name: str, column: str) -> list[float]:
+    """Median over the terrains of each run that has such a number on at least half of them."""
+    of_run = defaultdict(list)
+    for row in csv.DictReader(io.StringIO(archive.read(name).decode())):
+        of_run[row["run"]].append(float(row[column]))
+    known = [(own, [each for each in own if math.isfinite(each)]) for own in of_run.values()]
+    return [float(np.median(each)) for own, each in known if 2 * len(each) >= len(own)]
+
+
+@pytest.mark.parametrize(
+    ("condition", "free", "held"),
+    [
+        ("biped-4x3-low-hebbian", "8.9", "0.7"),
+        ("worm-7x1-low-hebbian", "5.3", "0.3"),
+        ("biped-4x3-low-mlp-gain-10", "9.1", "0.3"),
+        ("worm-7x1-low-mlp-gain-10", "5.2", "0.1"),
+    ],
+)
+def test_champions_whose_actuation_is_held(condition: str, free: str, held: str) -> None:
+    """As the report tells."""
+    table = f"{condition}/evaluation-hilly-3-30-none-40-seed0"
+    with zipfile.ZipFile(CONTROLS / "tables.zip") as archive:
+        for name, expected in ((f"{table}.csv", free), (f"{table}-interval-12.csv", held)):
+            assert f"{np.median(_per_run(archive, name, 'speed')):.1f}" == expected
+    report = (RESULTS / "REPORT.md").read_text(encoding="utf-8")
+    section = report.split("A champion of one interval")[1].split("\n\n")[0]
+    assert {free, held} <= set(re.findall(r"\d\.\d", section))
 
 
 def test_larger_static_weights_against_plastic_ones() -> None:
@@ -227,5 +260,9 @@ def test_larger_static_weights_against_plastic_ones() -> None:
             plastic = speeds[f"{shape}-low-hebbian{acts}"]
             assert float(row["p"]) == pytest.approx(stats.mannwhitneyu(static, plastic).pvalue)
             assert float(row["a12"]) == pytest.approx(np.greater.outer(static, plastic).mean())
+            differences = np.sort(np.subtract.outer(static, plastic).ravel())
+            assert float(row["shift"]) == pytest.approx(np.median(differences))
+            assert float(row["shift_low"]) == pytest.approx(differences[23])  # tables of U, n 10
+            assert float(row["shift_high"]) == pytest.approx(differences[-24])
             compared.append(shape + acts)
     assert len(set(compared)) == 4
