@@ -59,6 +59,7 @@ def test_controls_are_compared_with_the_plastic_network(root: Path, out: Path) -
         "RNN, gain 30",
     ]
     assert {row["second"] for row in rows} == {"Hebbian"}
+    assert [float(row["shift"]) for row in rows] == [1.0 - 6.0, 4.0 - 6.0, 3.0 - 6.0]
     intervals = draw("control_interval", root, out)
     assert [(row["first"], float(row["median_first"])) for row in intervals] == [
         ("every 4 steps", 2.5),
