@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from experiments.io.outputs import require_folder
-from experiments.report import claims, intervals
+from experiments.report import claims, intervals, tables
 from experiments.report.bundle import unpacked
+from experiments.report.conditions import CAPTION, condition_rows
 from experiments.report.figures import FIGURES
 from experiments.report.figures.trajectories import draw_trajectories
 from experiments.report.finished_runs import find_runs, gather
@@ -65,13 +66,20 @@ def _draw(found: Sequence[Path], out: Path, all_formats: bool) -> list[str]:
     with tempfile.TemporaryDirectory(prefix=".drawing-", dir=out) as draft:
         for name, figure in FIGURES.items():
             files = figure(found, Path(draft))
-            for path in files:
-                if path.suffix in (".pdf", ".md") and not all_formats:
-                    path.unlink()
+            _keep(files, all_formats)
             if not files:
                 undrawn.append(name)
+        rows = condition_rows(gather(found))
+        _keep(tables.write(rows, Path(draft), "conditions", CAPTION), all_formats)
         claims.write_summary(found, Path(draft))
         for path in sorted(Path(draft).iterdir()):
             os.replace(path, out / path.name)
             print(f"wrote {out / path.name}")
     return undrawn
+
+
+def _keep(files: Sequence[Path], all_formats: bool) -> None:
+    """Delete the PDF and Markdown among files, unless all formats are wanted."""
+    for path in files:
+        if path.suffix in (".pdf", ".md") and not all_formats:
+            path.unlink()

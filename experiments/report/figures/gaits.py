@@ -16,7 +16,7 @@ from experiments.report import intervals, tables
 from experiments.report.finished_runs import FinishedRuns, Table, gather
 from experiments.runs.names import GAITS
 
-__all__ = ["gaits"]
+__all__ = ["frequency_per_run", "gaits"]
 
 _PANEL = (2.6, 2.2)  # [in]
 _MEASURES = ("vibration", "saturated", "alternating", "speed")
@@ -75,6 +75,13 @@ def gaits(run_folders: Sequence[Path], out: Path) -> list[Path]:
     )
     rows = [_row(each, table) for each, table in found]
     return [*sheet.files, *tables.write(rows, out, "gaits", caption)]
+
+
+def frequency_per_run(condition: FinishedRuns) -> Values:
+    """Frequency of each run's gait [Hz], NaN where it does not repeat itself; empty if the
+    condition lacks the analysis."""
+    table = condition.table(GAITS)
+    return np.empty(0) if table is None else _per_run(table, "gait_frequency")
 
 
 def _row(condition: FinishedRuns, table: Table) -> dict[str, Any]:

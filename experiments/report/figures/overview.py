@@ -17,7 +17,7 @@ from experiments.report import aggregates, intervals, statistics, survival, tabl
 from experiments.report.finished_runs import FinishedRuns, gather
 from experiments.report.survival import Times
 
-__all__ = ["profiles", "takeoff", "takeoff_times"]
+__all__ = ["TAKEOFF_SPEED", "profiles", "takeoff", "takeoff_times"]
 
 TAKEOFF_SPEED = 1.0
 """A run has found a gait once the best of a generation is faster [m/s]."""

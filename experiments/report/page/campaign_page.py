@@ -12,7 +12,7 @@ import numpy as np
 from experiments.analysis.recorder import record
 from experiments.report.bundle import unpacked
 from experiments.report.claims.summary import judge
-from experiments.report.figures.performance import unseen_per_run
+from experiments.report.conditions import CAPTION, condition_rows
 from experiments.report.finished_runs import FinishedRuns, find_runs, gather
 from experiments.report.page import charts
 from experiments.report.page.episode_data import EVERY, WEIGHTS_EVERY, episode_data
@@ -46,37 +46,21 @@ def _page(root: Path, conditions: Sequence[FinishedRuns], seed: int) -> str:
             f"`hebbtorch campaign paper --out {root}` makes one"
         )
     data: dict[str, Any] = {"episodes": _episodes(conditions, seed), "charts": {}}
-    config = conditions[0].config
+    config, rows = conditions[0].config, condition_rows(conditions)
     sections = [
         f"<p class='note'>{len(conditions)} conditions; {config.generations} generations, "
         f"population {config.population}, episodes of {config.duration:g} s.</p>",
         section(
             "Conditions",
-            table(
-                ("robot", "sensors", "controller", "damage", "runs", "best [m/s]", "q25", "q75",
-                 "unseen terrains [m/s]"),
-                [_row(condition) for condition in conditions],
-            ),
-            note="Medians over runs; quartiles of the best individuals of the last generation.",
+            table(tuple(rows[0]), [tuple(row.values()) for row in rows]),
+            note=CAPTION.replace("`", ""),
         ),
         *_champions(data["episodes"]),
         *_curves(conditions, data["charts"]),
         *_claims(conditions),
         *_figures(root),
-    ]  # fmt: skip
+    ]
     return page(f"{root.name}: {len(conditions)} conditions", sections, data)
-
-
-def _row(condition: FinishedRuns) -> tuple[Any, ...]:
-    config, fitness = condition.config, condition.fitness
-    quartiles = np.nanquantile(fitness, (0.25, 0.5, 0.75)) if len(fitness) else [np.nan] * 3
-    low, middle, high = (float(value) for value in quartiles)
-    unseen = unseen_per_run(condition)
-    assessed: Any = float(np.nanmedian(unseen)) if len(unseen) else "not yet"
-    return (
-        config.shape, config.sensors, condition.label, config.damage, len(fitness), middle, low,
-        high, assessed,
-    )  # fmt: skip
 
 
 def _episodes(conditions: Iterable[FinishedRuns], seed: int) -> list[dict[str, Any]]:

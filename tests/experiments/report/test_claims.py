@@ -170,7 +170,7 @@ def test_a_claim_has_a_page_with_its_commands_and_figures(tmp_path: Path) -> Non
     assert "`hebbtorch render ROOT/conditions/biped-4x3-low-hebbian`" in page
     assert "![effectiveness](effectiveness.png)" in page
     assert "![profiles]" not in page  # was not drawn
-    assert text.count("\n## ") == 1 + len(CLAIMS)  # the rules, and a page for each
+    assert text.count("\n## ") == 2 + len(CLAIMS)  # the conditions, the rules, and a page for each
 
 
 def test_the_report_says_what_was_not_measured(tmp_path: Path) -> None:

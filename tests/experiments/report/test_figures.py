@@ -238,7 +238,8 @@ def test_the_command_draws_what_there_is_and_says_what_is_missing(
     written = sorted(path.name for path in (root / "figures").iterdir())
     assert written == sorted(
         [f"{name}.{suffix}" for name in ("effectiveness", "evolution", "takeoff", "profiles")
-         for suffix in ("png", "pdf", "csv", "md")] + ["REPORT.md"]
+         for suffix in ("png", "pdf", "csv", "md")]
+        + ["REPORT.md", "conditions.csv", "conditions.md"]
     )  # fmt: skip
     assert shown.count("wrote ") == len(written)
     assert "not drawn: pruning; `hebbtorch campaign pruning" in shown
