@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,14 @@ from experiments.report.figures.overview import TAKEOFF_SPEED, takeoff_times
 from experiments.report.figures.performance import unseen_per_run
 from experiments.report.finished_runs import FinishedRuns
 
-__all__ = ["CAPTION", "condition_rows"]
+__all__ = ["CAPTION", "READABLE_CAPTION", "condition_rows", "readable_rows"]
+
+READABLE_CAPTION = (
+    "Medians over runs (slowest to fastest run), speeds in m/s: of the best individual of the last "
+    f"generation, and of its median over unseen terrains. Above {TAKEOFF_SPEED:g} m/s: runs that "
+    "ever were; from the generation in which half of all runs had been (the first to the last "
+    "run). Hz: of gaits that repeat themselves (runs with such a gait)."
+)
 
 CAPTION = (
     "Medians over runs, with the slowest and the fastest run; speeds in m/s. `speed`: the best "
@@ -31,6 +38,37 @@ Values = NDArray[np.float64]
 def condition_rows(conditions: Sequence[FinishedRuns]) -> list[dict[str, Any]]:
     """A row for each condition, as `CAPTION` explains."""
     return [_row(condition) for condition in conditions]
+
+
+def readable_rows(conditions: Sequence[FinishedRuns]) -> list[dict[str, str]]:
+    """The same with fewer and rounded columns, as `READABLE_CAPTION` explains."""
+    return [
+        {
+            "robot, sensors": row["where"],
+            "controller": row["controller"],
+            "damage": row["damage"],
+            "runs": str(row["n"]),
+            "speed": _told(row, "speed"),
+            "unseen terrains": _told(row, "unseen"),
+            f"above {TAKEOFF_SPEED:g} m/s": str(row["took_off"]),
+            "from generation": _told_generations(row),
+            "Hz": "" if row["frequency"] == "" else f"{row['frequency']:.1f} ({row['periodic']})",
+        }
+        for row in condition_rows(conditions)
+    ]
+
+
+def _told(row: Mapping[str, Any], name: str) -> str:
+    if row[name] == "":
+        return ""
+    return f"{row[name]:.1f} ({row[f'{name}_min']:.1f} to {row[f'{name}_max']:.1f})"
+
+
+def _told_generations(row: Mapping[str, Any]) -> str:
+    if not row["took_off"]:
+        return ""
+    half = "never" if row["half"] == "" else row["half"]
+    return f"{half} ({row['first']} to {row['last']})"
 
 
 def _row(condition: FinishedRuns) -> dict[str, Any]:

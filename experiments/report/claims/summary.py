@@ -13,7 +13,7 @@ from experiments.report.claims.evidence import EVIDENCE
 from experiments.report.claims.finding import Finding, Verdict
 from experiments.report.claims.measures import Results
 from experiments.report.claims.paper import CLAIMS, Claim
-from experiments.report.conditions import CAPTION, condition_rows
+from experiments.report.conditions import READABLE_CAPTION, readable_rows
 from experiments.report.finished_runs import FinishedRuns, gather
 
 __all__ = ["judge", "write_summary"]
@@ -55,8 +55,8 @@ def write_summary(run_folders: Sequence[Path], out: Path) -> Path:
         ", ".join(f"{counts[verdict]} {verdict}" for verdict in _ORDER) + ".",
         tables.markdown(rows),
         "## Every condition",
-        f"{CAPTION} The same numbers, with every digit: [conditions.csv](conditions.csv).",
-        tables.markdown(condition_rows(conditions)),
+        f"{READABLE_CAPTION} With every digit: [conditions.csv](conditions.csv).",
+        tables.markdown(readable_rows(conditions)),
         "## How verdicts are reached",
         (verdicts.__doc__ or "").strip(),
         f"The margin is {100 * verdicts.MARGIN:.0f} % of the second's median. {_limits()} A12 is "

@@ -12,7 +12,7 @@ import numpy as np
 from experiments.analysis.recorder import record
 from experiments.report.bundle import unpacked
 from experiments.report.claims.summary import judge
-from experiments.report.conditions import CAPTION, condition_rows
+from experiments.report.conditions import READABLE_CAPTION, readable_rows
 from experiments.report.finished_runs import FinishedRuns, find_runs, gather
 from experiments.report.page import charts
 from experiments.report.page.episode_data import EVERY, WEIGHTS_EVERY, episode_data
@@ -46,14 +46,14 @@ def _page(root: Path, conditions: Sequence[FinishedRuns], seed: int) -> str:
             f"`hebbtorch campaign paper --out {root}` makes one"
         )
     data: dict[str, Any] = {"episodes": _episodes(conditions, seed), "charts": {}}
-    config, rows = conditions[0].config, condition_rows(conditions)
+    config, rows = conditions[0].config, readable_rows(conditions)
     sections = [
         f"<p class='note'>{len(conditions)} conditions; {config.generations} generations, "
         f"population {config.population}, episodes of {config.duration:g} s.</p>",
         section(
             "Conditions",
             table(tuple(rows[0]), [tuple(row.values()) for row in rows]),
-            note=CAPTION.replace("`", ""),
+            note=READABLE_CAPTION,
         ),
         *_champions(data["episodes"]),
         *_curves(conditions, data["charts"]),
