@@ -174,37 +174,53 @@ NETWORKS = {
 }
 
 
-def control_rows() -> list[list[str]]:
-    """The cells of the report's table of controls."""
+def report_rows(heading: str) -> list[list[str]]:
+    """The cells of the first table under a heading of the report, without its head."""
     text = (RESULTS / "REPORT.md").read_text(encoding="utf-8")
-    section = text.split("## Is it plasticity?")[1].split("\n## ")[0]
-    lines = [line for line in section.splitlines() if line.startswith("| ")]
-    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[1:]]
+    section = text.split(f"\n## {heading}")[1].split("\n## ")[0]
+    lines = [line for line in section.splitlines() if line.startswith("|")]
+    (rule, *_) = (i for i, line in enumerate(lines) if line.startswith("|---"))
+    rows = lines[rule + 1 :]
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in rows]
+
+
+class Published:
+    """What the report tells of the conditions of a packed campaign, by scipy and numpy alone."""
+
+    def __init__(self, bundle: Path) -> None:
+        self.runs = defaultdict(list)
+        for row in rows(bundle / "runs.csv"):
+            self.runs[row["condition"]].append((float(row["speed"]), float(row["unseen"])))
+        with zipfile.ZipFile(bundle / "tables.zip") as archive:
+            self.takeoff = {name: _takeoffs(archive, name) for name in self.runs}
+            self.hertz = {
+                name: _per_run(archive, f"{name}/gaits.csv", "gait_frequency") for name in self.runs
+            }
+
+    def cells(self, name: str) -> list[str]:
+        """Final speed, that on 40 terrains, generation of the take-off, frequency."""
+        speeds, unseen = np.array(self.runs[name]).T
+        assert len(speeds) == 10
+        low, middle, high = (f"{f(speeds):.1f}" for f in (np.min, np.median, np.max))
+        half = sorted(self.takeoff[name])[4]  # the fifth of ten runs
+        ever = sum(map(math.isfinite, self.takeoff[name]))
+        hertz = self.hertz[name]
+        return [
+            f"{middle} ({low} to {high})",
+            f"{np.median(unseen):.1f}",
+            f"{half:g}" if math.isfinite(half) else f"{ever} of 10 ever",
+            f"{np.median(hertz):.1f}" + (f" ({len(hertz)})" if len(hertz) < 10 else ""),
+        ]
 
 
 def test_the_table_of_controls_is_that_of_the_runs() -> None:
-    runs = defaultdict(list)
-    for row in rows(CONTROLS / "runs.csv"):
-        runs[row["condition"]].append((float(row["speed"]), float(row["unseen"])))
-    with zipfile.ZipFile(CONTROLS / "tables.zip") as archive:
-        takeoff = {name: _takeoffs(archive, name) for name in runs}
-        hertz = {name: _per_run(archive, f"{name}/gaits.csv", "gait_frequency") for name in runs}
-    found = control_rows()
+    published = Published(CONTROLS)
+    found = report_rows("Is it plasticity?")
     assert len(found) >= 10
     for network, acts, *cells in found:
         for shape, own in (("biped-4x3", cells[:4]), ("worm-7x1", cells[4:])):
             name = f"{shape}-low-{NETWORKS[network]}{ACTS[acts]}"
-            speeds, unseen = np.array(runs[name]).T
-            assert len(speeds) == 10
-            low, middle, high = (f"{f(speeds):.1f}" for f in (np.min, np.median, np.max))
-            assert own[0] == f"{middle} ({low} to {high})", name
-            assert own[1] == f"{np.median(unseen):.1f}", name
-            half = sorted(takeoff[name])[4]  # the fifth of ten runs
-            ever = sum(map(math.isfinite, takeoff[name]))
-            assert own[2] == (f"{half:g}" if math.isfinite(half) else f"{ever} of 10 ever"), name
-            frequencies = hertz[name]
-            few = f" ({len(frequencies)})" if len(frequencies) < 10 else ""
-            assert own[3] == f"{np.median(frequencies):.1f}{few}", name
+            assert own == published.cells(name), name
 
 
 def _takeoffs(archive: zipfile.ZipFile, name: str) -> list[float]:

@@ -9,7 +9,6 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from experiments.report.figures.beyond import pruning, validation_matrix
-from experiments.report.figures.comparisons import innateness, settings
 from experiments.report.figures.controls import (
     attractors,
     control_interval,
@@ -18,6 +17,7 @@ from experiments.report.figures.controls import (
 )
 from experiments.report.figures.freezing import normalized_freezing, true_learning
 from experiments.report.figures.gaits import gaits
+from experiments.report.figures.innateness import innateness
 from experiments.report.figures.overview import profiles, takeoff
 from experiments.report.figures.performance import (
     damage,
@@ -27,6 +27,7 @@ from experiments.report.figures.performance import (
     generalization,
 )
 from experiments.report.figures.recordings import activations, weight_distributions
+from experiments.report.figures.settings import settings
 from experiments.report.figures.variants import (
     initialization,
     learning_rate,

@@ -16,7 +16,7 @@ from experiments.io import style
 from experiments.report import intervals, statistics, tables
 from experiments.report.statistics import Comparison, Pair
 
-__all__ = ["Box", "compare_with", "draw"]
+__all__ = ["Box", "compare_with", "draw", "write_table"]
 
 Values = NDArray[np.float64]
 
@@ -110,7 +110,15 @@ def draw(
             ]
         )
         sheet.note(_note(boxes))
-    return [*sheet.files, *tables.write(_rows(boxes, comparisons, reference), out, name, caption)]
+    return [*sheet.files, *write_table(boxes, out, name, reference, caption)]
+
+
+def write_table(
+    boxes: Sequence[Box], out: Path, name: str, reference: str, caption: str
+) -> list[Path]:
+    """Write the table of boxes alone, compared as in `draw`."""
+    comparisons = compare_with(boxes, reference)
+    return tables.write(_rows(boxes, comparisons, reference), out, name, caption)
 
 
 def _draw_shape(

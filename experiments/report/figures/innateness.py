@@ -1,4 +1,4 @@
-"""The same champions where something is different: plasticity, terrain, damage, gravity."""
+"""What becomes innate: champions of the course of an evolution, with and without plasticity."""
 
 from __future__ import annotations
 
@@ -8,35 +8,15 @@ from pathlib import Path
 import numpy as np
 
 from experiments.report import intervals
-from experiments.report.figures import boxes, curves
-from experiments.report.figures.boxes import Box
+from experiments.report.figures import curves
 from experiments.report.figures.curves import Curve
 from experiments.report.figures.performance import main_models
 from experiments.report.finished_runs import FinishedRuns, Table, gather, runs_in
-from experiments.runs.names import GENERALIZATION, PAIRED
+from experiments.runs.names import PAIRED
 
-__all__ = ["innateness", "settings"]
+__all__ = ["innateness"]
 
 _MODES = {"still learning": np.nan, "frozen at 20 s": 20.0, "at 1 s": 1.0, "initial weights": 0.0}
-
-
-def settings(run_folders: Sequence[Path], out: Path) -> list[Path]:
-    """Champions on terrains of their evolution, on unseen ones, and in settings unlike those."""
-    drawn = []
-    for each in main_models(gather(run_folders), "none"):
-        table = each.table(GENERALIZATION)
-        if table is None:
-            continue
-        for setting in dict.fromkeys(table["setting"].tolist()):
-            values = _medians(table, table["setting"] == setting)
-            drawn.append(Box(each.where, setting, each.label, values))
-    caption = (
-        "Median speed of each run's champion over 30 episodes of a setting [m/s]: terrains of its "
-        "own evolution (training), unseen ones of the same kind, other terrains, kinds of damage, "
-        "gravity (9.8 m/s^2 in evolution) and friction (1.41 in evolution); medians over runs with "
-        "95 % bootstrap intervals."
-    )
-    return boxes.draw(drawn, out, "settings", "MLP", caption)
 
 
 def innateness(run_folders: Sequence[Path], out: Path) -> list[Path]:
@@ -49,8 +29,8 @@ def innateness(run_folders: Sequence[Path], out: Path) -> list[Path]:
         drawn += _course(each, table)
     caption = (
         "Speed of the best individuals of a generation on the same terrains [m/s], while their "
-        "weights change and with weights frozen at a time of an episode on another terrain: median "
-        "and standard deviation over runs of each run's median."
+        "weights change and with weights frozen at a time of an episode on another terrain: "
+        "median, quartiles and standard deviation over runs of each run's median."
     )
     axis = ("generation", "generation")
     return curves.draw(drawn, out, "innateness", axis, caption, points=21)
