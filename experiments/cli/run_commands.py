@@ -15,6 +15,8 @@ from experiments.config import EvolveConfig
 
 __all__ = ["COMMANDS"]
 
+_WITH_RESUME = ("generations", "device", "threads")
+
 
 def evolve(
     options: Annotated[GroupedOptions, tyro.conf.arg(name="")],
@@ -32,7 +34,8 @@ def evolve(
         options: The options of the evolution, by their groups.
         out: New folder for the run; by default, a free name in runs/.
         resume: Folder of a run to go on with, exactly; its options are those it has. With
-            --generations beside it, the run gets that length.
+            --generations beside it, the run gets that length; --device and --threads say what
+            goes on with it.
     """
     from experiments.evolution import launch
 
@@ -41,13 +44,15 @@ def evolve(
     if resume is None:
         launch.evolve(config, out or _free_folder(config))
         return
-    if out is not None or config != EvolveConfig(generations=config.generations):
+    words = {word.split("=")[0] for word in sys.argv}
+    asked = {name: getattr(config, name) for name in _WITH_RESUME if f"--{name}" in words}
+    if out is not None or config != EvolveConfig(**asked):
         raise ValueError(
-            "resume: expected no other option than --generations, since a run goes on with those "
-            f"it has; got some: use --resume {resume} alone, or start anew with --out"
+            "resume: expected no other option than --generations, --device and --threads, since a "
+            f"run goes on with those it has; got some: use --resume {resume} alone, or start anew "
+            "with --out"
         )
-    asked = any(word.split("=")[0] == "--generations" for word in sys.argv)
-    launch.resume(resume, config.generations if asked else None)
+    launch.resume(resume, asked.pop("generations", None), asked)
 
 
 def evaluate(

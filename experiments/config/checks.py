@@ -9,17 +9,18 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from experiments.config.options import options_of
 
-__all__ = ["check"]
+__all__ = ["check", "on_this_machine"]
 
 _KINDS = {bool: "true or false", str: "text"}
 _BYTES = 40  # of a synapse or a voxel, at least
 
 
-def check(config: Any) -> None:
+def check(config: Any, *, machine: bool = True) -> None:
     """Check every option of an evolution.
 
     Args:
         config: An `EvolveConfig`; that module imports this one.
+        machine: whether to check that this machine can compute it, too.
 
     Raises:
         ValueError: the first option that is wrong: its name, what was expected, what came and how
@@ -27,9 +28,21 @@ def check(config: Any) -> None:
     """
     for each in (
         _check_kinds, _check_choices, _check_numbers, _check_controller, _check_network,
-        _check_world, _check_device, _check_size,
+        _check_world,
     ):  # fmt: skip
         each(config)
+    if machine:
+        _check_device(config)
+        _check_size(config)
+
+
+def on_this_machine(config: Any) -> Any:
+    """The options of an `EvolveConfig`, with the CPU in place of a device that is not there."""
+    try:
+        _check_device(config)
+    except ValueError:
+        return dataclasses.replace(config, device="cpu")
+    return config
 
 
 def _check_kinds(config: Any) -> None:

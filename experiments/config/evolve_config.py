@@ -319,8 +319,12 @@ class EvolveConfig:
             if isinstance(value, str) and value in spellings:
                 object.__setattr__(self, name, spellings[value])
 
-    def validate(self) -> None:
+    def validate(self, *, machine: bool = True) -> None:
         """Check every option, and that they fit together. Nothing is written.
+
+        Args:
+            machine: whether to check, too, that this machine has the device and the memory; what
+                was computed elsewhere can be read without them.
 
         Raises:
             ValueError: the first option that is wrong: its name, what was expected, what came
@@ -328,7 +332,7 @@ class EvolveConfig:
         """
         from experiments.config.checks import check
 
-        check(self)
+        check(self, machine=machine)
 
     def plastic_options(self) -> dict[str, Any]:
         """The options of plastic networks as `hebbtorch.HebbianMLP` takes them."""

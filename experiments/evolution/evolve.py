@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from torch import Tensor
 
 from experiments.config import EvolveConfig
+from experiments.config.options import options_of
 from experiments.evolution.metrics import measure
 from experiments.evolution.observation import Observer, is_filmed, is_observed, validation_tags
 from experiments.evolution.optimizers import optimizer_of
@@ -27,7 +30,11 @@ __all__ = ["Evolution", "Session"]
 
 
 class Evolution:
-    """The strategy and the evaluation of one evolution."""
+    """The strategy and the evaluation of one evolution.
+
+    Attributes:
+        config: Its options, those of the machine being what it is computed with now.
+    """
 
     def __init__(self, config: EvolveConfig) -> None:
         self.config = config
@@ -40,7 +47,7 @@ class Session:
 
     Attributes:
         folder: The run's folder, RUN.
-        config: The options of the evolution.
+        config: The options of the evolution, as its folder has them.
         generation: How many generations are done.
         tracker: the TensorBoard files.
     """
@@ -54,7 +61,7 @@ class Session:
         overview: Path | None = None,
     ) -> None:
         self.folder = store.folder
-        self.config = evolution.config
+        self.config = store.config
         self.generation = start.generation
         self._evolution = evolution
         self._store = store
@@ -66,11 +73,11 @@ class Session:
             self.tracker = resources.enter_context(
                 Tracker(
                     store.folder,
-                    evolution.config,
+                    store.config,
                     start.generation + 1,
                     history=start.history.rows,
                     overview=overview,
-                    validated=validation_tags(evolution.config),
+                    validated=validation_tags(store.config),
                 )
             )
             self._resources = resources.pop_all()
@@ -83,7 +90,8 @@ class Session:
         Arguments and errors are those of `create` and `resume`.
         """
         if folder.exists():
-            return cls.resume(folder, overview=overview)
+            machine = {name: getattr(config, name) for name in options_of(EvolveConfig, "machine")}
+            return cls.resume(folder, machine=machine, overview=overview)
         return cls.create(config, folder, overview=overview)
 
     @classmethod
@@ -107,13 +115,20 @@ class Session:
 
     @classmethod
     def resume(
-        cls, folder: Path, generations: int | None = None, *, overview: Path | None = None
+        cls,
+        folder: Path,
+        generations: int | None = None,
+        *,
+        machine: Mapping[str, Any] | None = None,
+        overview: Path | None = None,
     ) -> Session:
         """Take up an evolution where it stood.
 
         Args:
             folder: The folder of the run.
             generations: how many it shall have from now on; None: as many as before.
+            machine: Options of the machine that differ from those it was begun with, such as
+                "threads" and "device"; the folder keeps its own.
             overview: as in `create`.
 
         Raises:
@@ -122,7 +137,7 @@ class Session:
         store, checkpoint = RunStore.resume(folder, generations)
         with ExitStack() as undo:
             undo.enter_context(store)
-            evolution = Evolution(store.config)
+            evolution = Evolution(_here(store.config, machine or {}))
             evolution.strategy.load_state_dict(checkpoint.strategy)
             archive = Archive.load(store.folder)
             if archive is None:
@@ -170,7 +185,11 @@ class Session:
         return rows, config.runs * config.population / (now - began)
 
     def finish(self) -> Champions:
-        """Keep the champions, once the evolution is done."""
+        """Keep the champions, once the evolution is done.
+
+        Returns:
+            The champions, ready to be computed with as the evolution was.
+        """
         strategy, runs = self._evolution.strategy, self.config.runs
         self._store.require_own()
         champions = Champions(
@@ -178,7 +197,7 @@ class Session:
         )
         champions.save(self.folder)
         self.tracker.end()
-        return champions
+        return replace(champions, config=self._evolution.config)
 
     def close(self) -> None:
         """Let other processes work here."""
@@ -218,3 +237,19 @@ class Session:
     def _by_run(self, values: Tensor) -> Tensor:
         """Values of all individuals, (runs, population, values of each), however they came."""
         return values.reshape(self.config.runs, self.config.population, -1)
+
+
+def _here(config: EvolveConfig, machine: Mapping[str, Any]) -> EvolveConfig:
+    """The options of a run with those of the machine that goes on with it.
+
+    Raises:
+        ValueError: it cannot.
+    """
+    here = replace(config, **machine)
+    try:
+        here.validate()
+    except ValueError as error:
+        raise ValueError(
+            f"{error}; a run goes on elsewhere with --device and --threads of its own"
+        ) from error
+    return here

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from experiments.analysis.presentation import present
 from experiments.config import EvolveConfig
@@ -28,19 +30,22 @@ def evolve(config: EvolveConfig, folder: Path) -> None:
         _run(session)
 
 
-def resume(folder: Path, generations: int | None = None) -> None:
+def resume(
+    folder: Path, generations: int | None = None, machine: Mapping[str, Any] | None = None
+) -> None:
     """Go on with an evolution exactly as if it had not been stopped.
 
     Args:
         folder: The folder of the run.
         generations: how many it shall have from now on, as if it had been started with them;
             None: as many as before.
+        machine: Options of the machine in place of those the run was begun with.
 
     Raises:
         ValueError: the folder cannot be used; nothing was changed then.
         KeyboardInterrupt: it was stopped again.
     """
-    with Session.resume(folder, generations) as session:
+    with Session.resume(folder, generations, machine=machine) as session:
         _run(session)
 
 

@@ -75,7 +75,7 @@ def pack(root: Path, out: Path) -> list[Path]:
         raise ValueError(f"out: expected a new or empty folder, or a bundle, got {str(out)!r}")
     require_folder(out)
     conditions = {name: gather([folder])[0] for name, folder in folders.items()}
-    champions = {name: Champions.load(folder) for name, folder in folders.items()}
+    champions = {name: Champions.load(folder, as_recorded=True) for name, folder in folders.items()}
     out.mkdir(parents=True, exist_ok=True)
     write_atomically(out / _CHAMPIONS, _champions(champions))
     write_atomically(out / _TABLES, _tables(root, folders))

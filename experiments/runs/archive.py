@@ -100,7 +100,7 @@ class Archive:
             names = ("generations", "genomes", "fitness")
             tensors, text = read_tensors(path, names)
             config = EvolveConfig.from_json(text)
-            config.validate()
+            config.validate(machine=False)
             return cls(config, *(tensors[name] for name in names))
         except ValueError as error:
             raise ValueError(

@@ -9,6 +9,7 @@ from pathlib import Path
 from torch import Tensor
 
 from experiments.config import EvolveConfig
+from experiments.config.checks import on_this_machine
 from experiments.io.tensors import read_tensors, write_tensors
 from experiments.runs.names import CHAMPIONS
 
@@ -41,8 +42,13 @@ class Champions:
         return folder / CHAMPIONS
 
     @classmethod
-    def load(cls, folder: Path) -> Champions:
+    def load(cls, folder: Path, *, as_recorded: bool = False) -> Champions:
         """Read the file of a run's folder.
+
+        Args:
+            folder: The folder of the run.
+            as_recorded: whether to leave the options as they are; else, champions that evolved on
+                a device that this machine lacks come with the CPU in its place.
 
         Raises:
             ValueError: there is none, or it is damaged.
@@ -57,10 +63,10 @@ class Champions:
         try:
             tensors, text = read_tensors(path, ("genomes", "fitness"))
             config = EvolveConfig.from_json(text)
-            config.validate()
+            config.validate(machine=False)
             genomes, fitness = tensors["genomes"], tensors["fitness"]
             if genomes.shape[:-1] != fitness.shape or fitness.shape != (config.runs,):
                 raise ValueError(f"expected {config.runs} genomes and as many fitness values")
-            return cls(config, genomes, fitness)
+            return cls(config if as_recorded else on_this_machine(config), genomes, fitness)
         except ValueError as error:
             raise ValueError(f"run: cannot read {str(path)!r}: {error}") from error

@@ -51,7 +51,7 @@ def read_config(folder: Path) -> EvolveConfig:
     try:
         text = path.read_text(encoding="utf-8-sig")
         config = EvolveConfig.from_json(_checked(text))
-        config.validate()
+        config.validate(machine=False)
     except (ValueError, OSError) as error:
         raise ValueError(f"run: cannot use {str(path)!r}: {error}") from error
     return config
