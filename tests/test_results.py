@@ -161,7 +161,7 @@ def test_interquartile_mean_over_apparatuses() -> None:
     assert float(published["iqm"]) == pytest.approx(stats.trim_mean(together, 0.25))
 
 
-CONTROLS = RESULTS / "controls"
+CONTROLS, FULL = RESULTS / "controls", RESULTS / "full-scale"
 ACTS = {"every step": "", "every 2nd": "-interval-2", "every 4th": "-interval-4"}
 ACTS["every 12th"] = "-interval-12"
 NETWORKS = {
@@ -177,11 +177,10 @@ NETWORKS = {
 def report_rows(heading: str) -> list[list[str]]:
     """The cells of the first table under a heading of the report, without its head."""
     text = (RESULTS / "REPORT.md").read_text(encoding="utf-8")
-    section = text.split(f"\n## {heading}")[1].split("\n## ")[0]
-    lines = [line for line in section.splitlines() if line.startswith("|")]
-    (rule, *_) = (i for i, line in enumerate(lines) if line.startswith("|---"))
-    rows = lines[rule + 1 :]
-    return [[cell.strip() for cell in line.strip("|").split("|")] for line in rows]
+    _, section = re.split(rf"\n#+ {re.escape(heading)}.*\n", text)
+    _, table = re.split(r"\n\|[-|]+\|\n", section, maxsplit=1)
+    lines = re.split(r"\n\n", table)[0].splitlines()
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
 
 
 class Published:
@@ -213,14 +212,63 @@ class Published:
         ]
 
 
-def test_the_table_of_controls_is_that_of_the_runs() -> None:
+@pytest.mark.parametrize(
+    ("heading", "sensors", "least"), [("Is it plasticity?", "low", 14), ("With many", "high", 4)]
+)
+def test_the_tables_of_controls_are_those_of_the_runs(
+    heading: str, sensors: str, least: int
+) -> None:
     published = Published(CONTROLS)
-    found = report_rows("Is it plasticity?")
-    assert len(found) >= 10
+    found = report_rows(heading)
+    assert len(found) >= least
     for network, acts, *cells in found:
         for shape, own in (("biped-4x3", cells[:4]), ("worm-7x1", cells[4:])):
-            name = f"{shape}-low-{NETWORKS[network]}{ACTS[acts]}"
+            name = f"{shape}-{sensors}-{NETWORKS[network]}{ACTS[acts]}"
             assert own == published.cells(name), name
+
+
+def test_the_table_of_the_full_scale_is_that_of_the_runs() -> None:
+    published = Published(FULL)
+    found = report_rows("At the paper's full scale")
+    bodies = {"biped": "biped-4x3", "worm": "worm-7x1"}
+    names = []
+    for where, network, *cells in found:
+        body, sensors = where.split()
+        names.append(f"{bodies[body]}-{sensors}-{NETWORKS[network]}")
+        assert cells == published.cells(names[-1]), names[-1]
+    assert len(set(names)) == 12
+
+
+def test_verdicts_in_the_report_are_those_of_the_campaigns() -> None:
+    generated = [_verdicts(RESULTS / name) for name in ("full-scale", "ten-runs")]
+    found = report_rows("Verdicts")
+    assert len(found) > 10
+    for numbers, _, *told in found:
+        for number in re.findall(r"\d+[ab]?", numbers) if "-" not in numbers else []:
+            for words, verdict in zip(told, generated, strict=True):
+                (own,) = re.findall(r"\*\*(\w+)\*\*", words) or ["open"]  # not measured yet
+                assert own == verdict[number], number
+
+
+def _verdicts(bundle: Path) -> dict[str, str]:
+    text = (bundle / "figures" / "REPORT.md").read_text(encoding="utf-8")
+    return dict(re.findall(r"\n## (\d+[ab]?)\. .*\n\n- \*\*Verdict\*\*: (\w+)", text))
+
+
+def test_bipeds_that_fell_over_in_long_episodes() -> None:
+    told = (RESULTS / "REPORT.md").read_text(encoding="utf-8").split("**Bipeds fall over")[1]
+    still = {}
+    with zipfile.ZipFile(FULL / "tables.zip") as archive:
+        for name in ("biped-4x3-high-hebbian", "biped-4x3-high-mlp", "worm-7x1-high-hebbian",
+                     "worm-7x1-high-mlp"):  # fmt: skip
+            table = csv.DictReader(io.StringIO(archive.read(f"{name}/endurance.csv").decode()))
+            slow = [row for row in table if abs(float(row["speed"])) < 1]
+            still[name] = [sum(row["end"] == end for row in slow) for end in ("60.0", "600.0")]
+    (early, plastic), (before, static), (_, worms), (_, others) = still.values()
+    words = " ".join(told.split())
+    assert f"{plastic} of 30 plastic and {static} of 30 static bipeds" in words
+    assert f"{early} and {before} at the end of the 60 s" in words
+    assert f"{worms} plastic and {others} static ones of 30" in words
 
 
 def _takeoffs(archive: zipfile.ZipFile, name: str) -> list[float]:
