@@ -7,6 +7,7 @@ import posixpath
 import re
 import subprocess
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +32,8 @@ _RUN = "import hebbtorch_command; hebbtorch_command.main()"
 _PICTURES = (".png", ".gif", ".svg")
 _LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s#]*)(#[^)\s]*)?\)")
 _CLAIM = re.compile(r"^## (\d+[a-z]?)\. (.+)$", re.MULTILINE)
+_SCALE = re.compile(r"(\d+) run\(s\) of each; (\d+) generations")
+_UNMEASURED = "- nothing measured"
 _VERDICT = re.compile(r"\*\*Verdict\*\*: (\w+)")
 
 
@@ -42,7 +45,7 @@ def on_files(files: Files, config: Any) -> Files:
     }
     claims = _claims()
     pages[RESULTS_PAGE] += [(_index(claims), "")]
-    pages |= {_claim_page(number): parts for number, parts in claims.items()}
+    pages |= {_claim_page(number): page.parts() for number, page in claims.items()}
     shown = {file.src_uri for file in files}
     for page, parts in pages.items():
         moved = [_moved(text, source, page) for text, source in parts]
@@ -56,33 +59,76 @@ def on_files(files: Files, config: Any) -> Files:
     return files
 
 
-def _claims() -> dict[str, list[tuple[str, str]]]:
-    """Number of a claim -> the parts of its page, each with the file that it is from."""
-    pages: dict[str, list[tuple[str, str]]] = {}
-    for path in sorted(ROOT.glob(REPORTS)):
+@dataclass(frozen=True)
+class _Page:
+    """What the campaigns say on a claim.
+
+    Attributes:
+        title: The claim.
+        campaigns: Name of a campaign, the largest first -> the file and its section on the claim.
+    """
+
+    title: str
+    campaigns: dict[str, tuple[str, str]]
+
+    def parts(self) -> list[tuple[str, str]]:
+        """The page's parts, each with the file that it is from; campaigns that measured come
+        first, the others are named."""
+        measured = {name: own for name, own in self.campaigns.items() if _UNMEASURED not in own[1]}
+        others = [name for name in self.campaigns if name not in measured]
+        parts = [(f"# {self.title}\n", "")]
+        for name, (source, text) in measured.items():
+            parts.append((f"## Campaign {name}\n\n{text}\n", source))
+        if others:
+            parts.append((f"\nNot measured in: {', '.join(others)}.\n", ""))
+        return parts
+
+    def verdict(self, name: str) -> str:
+        """That of a campaign, or a dash where it measured nothing."""
+        text = self.campaigns[name][1]
+        match = _VERDICT.search(text)
+        return match[1] if match and _UNMEASURED not in text else "-"
+
+
+def _claims() -> dict[str, _Page]:
+    """Number of a claim -> its page."""
+    pages: dict[str, _Page] = {}
+    for name, path in _campaigns().items():
         source = path.relative_to(ROOT).as_posix()
         start, *sections = _CLAIM.split(path.read_text(encoding="utf-8"))
         scale = start.strip().split("\n\n")[1]
         for number, claim, body in zip(*(sections[k::3] for k in range(3)), strict=True):
-            heading = f"## Campaign {path.parents[1].name}\n\n{scale}\n\n{body.strip()}\n"
-            page = pages.setdefault(number, [(f"# Claim {number}: {claim}\n", source)])
-            page.append((heading, source))
+            page = pages.setdefault(number, _Page(f"Claim {number}: {claim}", {}))
+            page.campaigns[name] = (source, f"{scale}\n\n{body.strip()}")
     return pages
 
 
-def _index(claims: dict[str, list[tuple[str, str]]]) -> str:
+def _campaigns() -> dict[str, Path]:
+    """Name of each campaign, those with more runs and generations first -> its report."""
+    found = []
+    for path in ROOT.glob(REPORTS):
+        match = _SCALE.search(path.read_text(encoding="utf-8"))
+        assert match, path
+        runs, generations = map(int, match.groups())
+        found.append((-runs, -generations, path.parents[1].name, path))
+    return {name: path for *_, name, path in sorted(found)}
+
+
+def _index(claims: dict[str, _Page]) -> str:
     """The table of the claims' pages."""
-    names = sorted(path.parents[1].name for path in ROOT.glob(REPORTS))
+    names = list(_campaigns())
     rows = [
         "## Claim by claim",
+        "",
+        "A dash: not measured.",
         "",
         f"| claim | {' | '.join(names)} |",
         "|---" * (1 + len(names)) + "|",
     ]
-    for number, ((title, _), *parts) in claims.items():
-        words = title.removeprefix("# Claim ").strip()
-        verdicts = [match[1] if (match := _VERDICT.search(text)) else "" for text, _ in parts]
-        rows.append(f"| [{words}](docs/{_claim_page(number)}) | {' | '.join(verdicts)} |")
+    for number, page in claims.items():
+        words = page.title.removeprefix("Claim ")
+        verdicts = " | ".join(page.verdict(name) for name in names)
+        rows.append(f"| [{words}](docs/{_claim_page(number)}) | {verdicts} |")
     return "\n".join(rows) + "\n"
 
 

@@ -2,6 +2,7 @@
 
 import importlib.util
 import re
+import sys
 from pathlib import Path
 
 import pytest
@@ -39,7 +40,9 @@ def test_pages_with_code_are_found() -> None:
     assert {"first-scale", "ten-runs"} <= set(CAMPAIGNS)
 
 
-def test_every_claim_has_a_page_with_what_each_campaign_says() -> None:
+def test_every_claim_has_a_page_with_what_each_campaign_says(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     pytest.importorskip("mkdocs")
     from experiments.report.claims.paper import CLAIMS
 
@@ -47,14 +50,25 @@ def test_every_claim_has_a_page_with_what_each_campaign_says() -> None:
     assert spec is not None
     assert spec.loader is not None
     hooks = importlib.util.module_from_spec(spec)
+    monkeypatch.setitem(sys.modules, "hooks", hooks)
     spec.loader.exec_module(hooks)
     pages = hooks._claims()
     assert sorted(pages) == sorted(claim.number for claim in CLAIMS)
-    for number, (_, *campaigns) in pages.items():
+    largest_first = ["full-scale", "controls", "ten-runs", "first-scale"]
+    assert [name for name in hooks._campaigns() if name in largest_first] == largest_first
+    for number, claim in pages.items():
         page = f"results/claim-{number}.md"
         assert f"](docs/{page})" in hooks._index(pages)
-        assert [text.split()[2] for text, _ in campaigns] == CAMPAIGNS
-        for text, source in campaigns:
+        (title, _), *parts = claim.parts()
+        assert title.startswith(f"# Claim {number}: ")
+        measured = [text.split()[2] for text, _ in parts if text.startswith("## Campaign ")]
+        others = [name for name in hooks._campaigns() if name not in measured]
+        assert sorted(measured + others) == CAMPAIGNS
+        assert [name for name in others if claim.verdict(name) != "-"] == []
+        if others:
+            assert parts.pop()[0].strip() == f"Not measured in: {', '.join(others)}."
+        for text, source in parts:
             assert "hebbtorch campaign" in text
             _, pictures = hooks._moved(text, source, page)
             assert all((ROOT / picture).is_file() for picture in pictures)
+    assert pages["6"].verdict("full-scale") == "supported"
