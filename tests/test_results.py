@@ -271,6 +271,32 @@ def test_bipeds_that_fell_over_in_long_episodes() -> None:
     assert f"{worms} plastic and {others} static ones of 30" in words
 
 
+def test_weights_frozen_late_no_longer_move_some_bipeds() -> None:
+    speeds = defaultdict(list)
+    with zipfile.ZipFile(FULL / "tables.zip") as archive:
+        text = archive.read("biped-4x3-high-hebbian/freeze.csv").decode()
+        recording = np.load(io.BytesIO(archive.read("biped-4x3-high-hebbian/recording.npz")))
+        x = recording["way"][:, :, 0]  # while they learned, at every control step
+    for row in csv.DictReader(io.StringIO(text)):
+        speeds[row["run"], float(row["second"])].append(float(row["speed"]))
+    runs = sorted({run for run, _ in speeds})
+    medians = {
+        first: [
+            np.median([np.median(speeds[run, s]) for s in range(first, last + 1)]) for run in runs
+        ]
+        for first, last in ((5, 15), (46, 60))
+    }
+    still = np.array(medians[46]) < 0.2
+    assert still.sum() == 3
+    assert runs == [str(run) for run in range(10)]
+    assert ((x[still, -1] - x[still, 46 * 60]) / 14 > 1).sum() == 2  # 14 s at their end
+    assert f"{min(medians[5]):.1f}" == "1.7"
+    told = (RESULTS / "REPORT.md").read_text(encoding="utf-8").split("Later is not better")[1]
+    assert "3 of 10 bipeds (below" in told
+    assert "(1.7 m/s and" in told
+    assert "One of the three had fallen over while it learned, the other two ran on" in told
+
+
 def _takeoffs(archive: zipfile.ZipFile, name: str) -> list[float]:
     """The generation in which each run was above 1 m/s for the first time."""
     first: dict[str, float] = {}
