@@ -255,6 +255,25 @@ def _verdicts(bundle: Path) -> dict[str, str]:
     return dict(re.findall(r"\n## (\d+[ab]?)\. .*\n\n- \*\*Verdict\*\*: (\w+)", text))
 
 
+def test_when_a_gait_is_found_is_that_of_the_full_scale() -> None:
+    found = report_rows("When a gait is found")
+    assert len(found) == 6
+    for where, *told, p in found:
+        body, sensors = where.split()
+        shape = {"biped": "biped-4x3", "worm": "worm-7x1"}[body]
+        for words, controller in zip(told, ("Hebbian", "MLP"), strict=True):
+            (row,) = (
+                row
+                for row in rows(FULL / "figures" / "takeoff.csv")
+                if (row["where"], row["controller"]) == (f"{shape} {sensors}", controller)
+            )
+            half = row["median_generation"]
+            generation = "" if half == "nan" else f", generation {float(half):g}"
+            assert words == f"{row['took_off']} of {row['n']}{generation}", where
+            if controller == "Hebbian":
+                assert float(p) == float(f"{float(row['p_holm']):.1g}"), where
+
+
 def test_bipeds_that_fell_over_in_long_episodes() -> None:
     told = (RESULTS / "REPORT.md").read_text(encoding="utf-8").split("**Bipeds fall over")[1]
     still = {}
