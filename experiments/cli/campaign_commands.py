@@ -61,21 +61,24 @@ def report(folder: RunOrRoot, seed: int = 0, out: Path | None = None) -> None:
     write_page(folder, out, seed)
 
 
-def pack(root: Root, out: Path, seed: int = 0) -> None:
+def pack(root: Root, out: Path, seed: int = 0, digits: int | None = None) -> None:
     """Put a campaign into few files: champions, tables, checksums, figures and report.
 
     For example:
         hebbtorch pack runs/paper --out paper
+        hebbtorch pack runs/paper --out paper --digits 7
 
     Args:
         root: Folder of a campaign, or any folder with finished runs below it.
         out: New folder for the files, or one that was packed before.
         seed: Decides the resampling behind the bootstrap intervals.
+        digits: Significant digits of the numbers in its tables, for smaller files; all if not
+            given. Champions and the table of runs keep all.
     """
     from experiments.report.bundle import pack as pack_runs
     from experiments.report.gallery import draw_all
 
-    for path in pack_runs(root, out):
+    for path in pack_runs(root, out, digits):
         print(f"wrote {path}")
     _tell_what_is_missing(draw_all((out,), None, seed, all_formats=False))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import io
 import textwrap
 from collections.abc import Iterator, Sequence
@@ -41,32 +42,33 @@ _RC: dict[Any, Any] = {
 
 @dataclass(frozen=True)
 class Look:
-    """What tells a controller from others: colour, line style (curves) and hatch (boxes)."""
+    """What tells a controller from others: colour, line style (curves), hatch (boxes), marker."""
 
     color: str
     line: Any
     hatch: str
+    marker: str
 
 
 # Okabe and Ito's colours, which differ for every kind of colour vision, in grey too by the rest.
 _LOOKS = (
-    Look("#0072B2", "-", ""),
-    Look("#E69F00", (0, (4, 1.5)), "////"),
-    Look("#009E73", (0, (1, 1)), "...."),
-    Look("#CC79A7", (0, (5, 1, 1, 1)), "xxxx"),
-    Look("#D55E00", (0, (8, 2)), "----"),
-    Look("#56B4E9", (0, (3, 1, 1, 1, 1, 1)), "++++"),
+    Look("#0072B2", "-", "", "o"),
+    Look("#E69F00", (0, (4, 1.5)), "////", "s"),
+    Look("#009E73", (0, (1, 1)), "....", "D"),
+    Look("#CC79A7", (0, (5, 1, 1, 1)), "xxxx", "^"),
+    Look("#D55E00", (0, (8, 2)), "----", "v"),
+    Look("#56B4E9", (0, (3, 1, 1, 1, 1, 1)), "++++", "P"),
 )
 
 
 def looks(labels: Sequence[str]) -> dict[str, Look]:
     """A look for each label, in order; the first is that of the main model. Where there are more
-    labels than colours, these come again with other lines and hatches."""
+    labels than colours, these come again with other lines, hatches and markers."""
     found = {}
     for i, label in enumerate(labels):
         again, place = divmod(i, len(_LOOKS))
         other = _LOOKS[(place + again) % len(_LOOKS)]
-        found[label] = Look(_LOOKS[place].color, other.line, other.hatch)
+        found[label] = dataclasses.replace(other, color=_LOOKS[place].color)
     return found
 
 

@@ -16,6 +16,7 @@ import hashlib
 import io
 import json
 import math
+import re
 import tempfile
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -47,6 +48,7 @@ _CHAMPIONS, _TABLES, _RUNS, _SUMS = (
 )
 _KEPT = (".csv", ".json", ".npz")
 _KEY, _FORMAT = "hebbtorch", 1  # of what champions.safetensors says about itself
+_DECIMAL = re.compile(rb"(?<=[,\n])-?\d+\.\d+(e[-+]?\d+)?(?=[,\r\n]|$)")  # a whole cell
 _BEGINNING = (1980, 1, 1, 0, 0, 0)  # the time of every file in the archive, so that bytes agree
 _COLUMNS = ("condition", "run", "seed", "speed", "unseen", "takeoff_generation")
 
@@ -56,20 +58,24 @@ def is_bundle(folder: Path) -> bool:
     return (folder / _SUMS).is_file()
 
 
-def pack(root: Path, out: Path) -> list[Path]:
+def pack(root: Path, out: Path, digits: int | None = None) -> list[Path]:
     """Put the finished runs of a campaign into few files.
 
     Args:
         root: folder of the campaign, or any folder with finished runs below it.
         out: a new or empty folder, or a bundle, whose files are replaced.
+        digits: The significant digits of numbers in tables.zip; None: all, so that tables come back
+            byte by byte. Champions and runs.csv always have all.
 
     Returns:
         The files.
 
     Raises:
-        ValueError: there are no finished runs, two have the same name, or `out` holds something
-            else; nothing was written then.
+        ValueError: `digits` is less than 1, there are no finished runs, two have the same name, or
+            `out` holds something else; nothing was written then.
     """
+    if digits is not None and digits < 1:
+        raise ValueError(f"digits: expected an integer >= 1, or none to keep all, got {digits}")
     folders = _by_name(root)
     if out.is_file() or (out.is_dir() and any(out.iterdir()) and not is_bundle(out)):
         raise ValueError(f"out: expected a new or empty folder, or a bundle, got {str(out)!r}")
@@ -78,7 +84,7 @@ def pack(root: Path, out: Path) -> list[Path]:
     champions = {name: Champions.load(folder, as_recorded=True) for name, folder in folders.items()}
     out.mkdir(parents=True, exist_ok=True)
     write_atomically(out / _CHAMPIONS, _champions(champions))
-    write_atomically(out / _TABLES, _tables(root, folders))
+    write_atomically(out / _TABLES, _tables(root, folders, digits))
     write_csv(out / _RUNS, _COLUMNS, _run_rows(conditions))
     files = [out / name for name in (_CHAMPIONS, _TABLES, _RUNS)]
     sums = "".join(f"{_sum(path)}  {path.name}\n" for path in files)
@@ -183,7 +189,7 @@ def _plain(name: str) -> str:
     return name
 
 
-def _tables(root: Path, folders: Mapping[str, Path]) -> bytes:
+def _tables(root: Path, folders: Mapping[str, Path], digits: int | None) -> bytes:
     content = io.BytesIO()
     with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
         members = {
@@ -197,8 +203,16 @@ def _tables(root: Path, folders: Mapping[str, Path]) -> bytes:
         for name, path in sorted(members.items()):
             info = zipfile.ZipInfo(name, _BEGINNING)
             info.external_attr = 0o644 << 16
-            archive.writestr(info, path.read_bytes(), zipfile.ZIP_DEFLATED, 9)
+            data = path.read_bytes()
+            if digits is not None and path.suffix == ".csv":
+                data = _rounded(data, digits)
+            archive.writestr(info, data, zipfile.ZIP_DEFLATED, 9)
     return content.getvalue()
+
+
+def _rounded(table: bytes, digits: int) -> bytes:
+    """A table with so many significant digits of each number that has a decimal point."""
+    return _DECIMAL.sub(lambda number: f"{float(number[0]):.{digits}g}".encode(), table)
 
 
 def _run_rows(conditions: Mapping[str, FinishedRuns]) -> Iterator[tuple[Any, ...]]:

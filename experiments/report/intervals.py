@@ -22,6 +22,7 @@ __all__ = [
     "median",
     "median_bounds",
     "middle",
+    "quartiles",
     "require_values",
     "resampling_seed",
     "resampling_with",
@@ -109,6 +110,12 @@ def median_bounds(values: Values, *, alpha: float = ALPHA) -> Estimate:
 def middle(values: Values) -> float:
     """The median alone; NaN if it falls on a failed episode."""
     return _or_nan(np.median(worst_first(values)))
+
+
+def quartiles(values: Values) -> tuple[float, float]:
+    """The lower and the upper quartile; NaN where one falls on a failed episode."""
+    found = np.quantile(worst_first(values), (0.25, 0.75), method="median_unbiased")
+    return _or_nan(found[0]), _or_nan(found[1])
 
 
 def shift(first: Values, second: Values, *, alpha: float = ALPHA) -> Estimate:

@@ -110,14 +110,18 @@ def draw(
             ]
         )
         sheet.note(_note(boxes))
-    return [*sheet.files, *write_table(boxes, out, name, reference, caption)]
+    return [*sheet.files, *write_table(boxes, comparisons, reference, out, name, caption)]
 
 
 def write_table(
-    boxes: Sequence[Box], out: Path, name: str, reference: str, caption: str
+    boxes: Sequence[Box],
+    comparisons: Sequence[Comparison],
+    reference: str,
+    out: Path,
+    name: str,
+    caption: str,
 ) -> list[Path]:
-    """Write the table of boxes alone, compared as in `draw`."""
-    comparisons = compare_with(boxes, reference)
+    """Write the table of boxes alone, with what `compare_with` gave."""
     return tables.write(_rows(boxes, comparisons, reference), out, name, caption)
 
 

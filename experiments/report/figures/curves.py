@@ -54,9 +54,8 @@ class Curve:
 
         A standard deviation would lead beyond what is possible where few runs are far away.
         """
-        ordered = np.sort([intervals.worst_first(each) for each in self.values.T], axis=1)
-        low, high = np.quantile(ordered, (0.25, 0.75), axis=1, method="median_unbiased")
-        return np.where(np.isfinite(low), low, np.nan), np.where(np.isfinite(high), high, np.nan)
+        low, high = np.array([intervals.quartiles(each) for each in self.values.T]).T
+        return low, high
 
     @property
     def deviation(self) -> Values:

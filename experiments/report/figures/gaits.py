@@ -20,7 +20,6 @@ __all__ = ["frequency_per_run", "gaits"]
 
 _PANEL = (2.6, 2.2)  # [in]
 _MEASURES = ("vibration", "saturated", "alternating", "speed")
-_MARKERS = "osD^vP*X"
 
 Values = NDArray[np.float64]
 
@@ -37,11 +36,9 @@ def gaits(run_folders: Sequence[Path], out: Path) -> list[Path]:
     shapes = list(dict.fromkeys(each.config.shape for each, _ in found))
     columns = list(dict.fromkeys(each.config.sensors for each, _ in found))
     labels = list(dict.fromkeys(each.full_label for each, _ in found))
-    looks = style.looks(labels)
-    markers = {label: _MARKERS[i % len(_MARKERS)] for i, label in enumerate(labels)}
     marks: dict[str, dict[str, Any]] = {
-        label: {"marker": markers[label], "color": looks[label].color, "mec": "black", "mew": 0.4}
-        for label in labels
+        label: {"marker": look.marker, "color": look.color, "mec": "black", "mew": 0.4}
+        for label, look in style.looks(labels).items()
     }
     size = (len(shapes), len(columns))
     with style.sheet(out, "gaits", _PANEL, *size, sharex="all", sharey="row") as sheet:
@@ -88,7 +85,7 @@ def _row(condition: FinishedRuns, table: Table) -> dict[str, Any]:
     frequency = _per_run(table, "gait_frequency")
     periodic = frequency[np.isfinite(frequency)]
     row: dict[str, Any] = {
-        "where": f"{condition.config.shape} {condition.config.sensors}",
+        "where": condition.where,
         "controller": condition.full_label,
         "n": len(frequency),
         "periodic": len(periodic),

@@ -6,7 +6,6 @@ import itertools
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
@@ -22,7 +21,6 @@ __all__ = ["settings"]
 
 _WIDTH, _ROW = 2.2, 0.17  # of a panel and of a setting in it [in]
 _APART = 0.16  # of the controllers of a setting, settings being 1 apart
-_MARKERS = "osD^vP*X"
 
 
 def settings(run_folders: Sequence[Path], out: Path) -> list[Path]:
@@ -51,10 +49,8 @@ def settings(run_folders: Sequence[Path], out: Path) -> list[Path]:
         sheet.panel(0).invert_yaxis()  # the first setting above; the panels share the axis
         sheet.legend(
             [
-                Line2D([], [], color=look.color, marker=marker, ms=3, label=label)
-                for (label, look), marker in zip(
-                    style.looks(labels).items(), itertools.cycle(_MARKERS), strict=False
-                )
+                Line2D([], [], color=look.color, marker=look.marker, ms=3, label=label)
+                for label, look in style.looks(labels).items()
             ]
         )
         counts = style.counted([len(box.values) for box in drawn])
@@ -65,7 +61,9 @@ def settings(run_folders: Sequence[Path], out: Path) -> list[Path]:
         "gravity (9.8 m/s^2 in evolution) and friction (1.41 in evolution); medians over runs with "
         "95 % bootstrap intervals."
     )
-    return [*sheet.files, *boxes.write_table(drawn, out, "settings", "MLP", caption)]
+    comparisons = boxes.compare_with(drawn, "MLP")
+    table = boxes.write_table(drawn, comparisons, "MLP", out, "settings", caption)
+    return [*sheet.files, *table]
 
 
 def _boxes(condition: FinishedRuns) -> list[Box]:
@@ -88,11 +86,8 @@ def _draw_panel(
     for box in here:
         order = labels.index(box.label)
         y = names.index(box.sensors) + (2 * order - len(labels) + 1) * _APART
-        ordered = np.sort(intervals.worst_first(box.values))
-        low, high = np.quantile(ordered, (0.25, 0.75), method="median_unbiased")
-        color = looks[box.label].color
-        axes.plot((low, high), (y, y), color=color, lw=1)
-        marker = _MARKERS[order % len(_MARKERS)]
-        axes.plot([intervals.middle(box.values)], [y], marker, color=color, ms=3)
+        look = looks[box.label]
+        axes.plot(intervals.quartiles(box.values), (y, y), color=look.color, lw=1)
+        axes.plot([intervals.middle(box.values)], [y], look.marker, color=look.color, ms=3)
     axes.set_yticks(range(len(names)), list(names))
     axes.axvline(0, color="0.8", lw=0.6, zorder=0)

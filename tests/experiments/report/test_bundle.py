@@ -57,6 +57,28 @@ def test_what_was_packed_comes_back(root: Path, tmp_path: Path) -> None:
     assert all(after[name] == before[name] for name in after.keys() - set(champions))
 
 
+def test_tables_are_rounded_if_asked(root: Path, tmp_path: Path) -> None:
+    folder = root / "conditions" / "ours"
+    lines = (
+        "run,speed,name\n0,-0.123456789,a 1.23456789\n1,1.23456789e-07,1.2.34567\n12345678,nan,\n"
+    )
+    (folder / "gaits.csv").write_text(lines)
+    exact = pack(root, tmp_path / "exact")
+    files = pack(root, tmp_path / "rounded", digits=3)
+    unpack(tmp_path / "rounded", tmp_path / "back")
+    rounded = (tmp_path / "back" / "conditions" / "ours" / "gaits.csv").read_text()
+    assert rounded == (
+        "run,speed,name\n0,-0.123,a 1.23456789\n1,1.23e-07,1.2.34567\n12345678,nan,\n"
+    )
+    for ours, theirs in zip(exact, files, strict=True):
+        assert (ours.read_bytes() == theirs.read_bytes()) == (
+            ours.name in ("champions.safetensors", "runs.csv")
+        )
+    with pytest.raises(ValueError, match=r"^digits: expected an integer >= 1"):
+        pack(root, tmp_path / "new", digits=0)
+    assert not (tmp_path / "new").exists()
+
+
 def test_rows_of_runs(root: Path, tmp_path: Path) -> None:
     pack(root, tmp_path / "bundle")
     rows = read_csv(tmp_path / "bundle" / "runs.csv")

@@ -1,0 +1,1 @@
+"""The published results, and what the report tells of them."""

@@ -1,0 +1,77 @@
+"""What the report tells of the controls, computed again from the published files."""
+
+import re
+import zipfile
+from collections import defaultdict
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from tests.results.published import (
+    ACTS,
+    CONTROLS,
+    NETWORKS,
+    RESULTS,
+    Published,
+    per_run,
+    report_rows,
+    rows,
+)
+
+
+@pytest.mark.parametrize(
+    ("heading", "sensors", "least"), [("Is it plasticity?", "low", 14), ("With many", "high", 4)]
+)
+def test_the_tables_of_controls_are_those_of_the_runs(
+    heading: str, sensors: str, least: int
+) -> None:
+    published = Published(CONTROLS)
+    found = report_rows(heading)
+    assert len(found) >= least
+    for network, acts, *cells in found:
+        for shape, own in (("biped-4x3", cells[:4]), ("worm-7x1", cells[4:])):
+            name = f"{shape}-{sensors}-{NETWORKS[network]}{ACTS[acts]}"
+            assert own == published.cells(name), name
+
+
+@pytest.mark.parametrize(
+    ("condition", "free", "held"),
+    [
+        ("biped-4x3-low-hebbian", "8.9", "0.7"),
+        ("worm-7x1-low-hebbian", "5.3", "0.3"),
+        ("biped-4x3-low-mlp-gain-10", "9.1", "0.3"),
+        ("worm-7x1-low-mlp-gain-10", "5.2", "0.1"),
+    ],
+)
+def test_champions_whose_actuation_is_held(condition: str, free: str, held: str) -> None:
+    """As the report tells."""
+    table = f"{condition}/evaluation-hilly-3-30-none-40-seed0"
+    with zipfile.ZipFile(CONTROLS / "tables.zip") as archive:
+        for name, expected in ((f"{table}.csv", free), (f"{table}-interval-12.csv", held)):
+            assert f"{np.median(per_run(archive, name, 'speed')):.1f}" == expected
+    report = (RESULTS / "REPORT.md").read_text(encoding="utf-8")
+    section = report.split("A champion of one interval")[1].split("\n\n")[0]
+    assert {free, held} <= set(re.findall(r"\d\.\d", section))
+
+
+def test_larger_static_weights_against_plastic_ones() -> None:
+    speeds = defaultdict(list)
+    for row in rows(CONTROLS / "runs.csv"):
+        speeds[row["condition"]].append(float(row["speed"]))
+    compared = []
+    for figure, acts in (("controls", ""), ("controls-12", "-interval-12")):
+        for row in rows(CONTROLS / "figures" / f"{figure}.csv"):
+            shape, _, sensors = row["where"].partition(" ")
+            if sensors != "low" or row["first"].split(", every")[0] != "MLP, gain 10":
+                continue
+            static = speeds[f"{shape}-low-mlp-gain-10{acts}"]
+            plastic = speeds[f"{shape}-low-hebbian{acts}"]
+            assert float(row["p"]) == pytest.approx(stats.mannwhitneyu(static, plastic).pvalue)
+            assert float(row["a12"]) == pytest.approx(np.greater.outer(static, plastic).mean())
+            differences = np.sort(np.subtract.outer(static, plastic).ravel())
+            assert float(row["shift"]) == pytest.approx(np.median(differences))
+            assert float(row["shift_low"]) == pytest.approx(differences[23])  # tables of U, n 10
+            assert float(row["shift_high"]) == pytest.approx(differences[-24])
+            compared.append(shape + acts)
+    assert len(set(compared)) == 4
