@@ -67,7 +67,7 @@ def test_bipeds_that_fell_over_in_long_episodes() -> None:
                      "worm-7x1-high-mlp"):  # fmt: skip
             table = csv.DictReader(io.StringIO(archive.read(f"{name}/endurance.csv").decode()))
             slow = [row for row in table if abs(float(row["speed"])) < 1]
-            still[name] = [sum(row["end"] == end for row in slow) for end in ("60.0", "600.0")]
+            still[name] = [sum(float(row["end"]) == end for row in slow) for end in (60, 600)]
     (early, plastic), (before, static), (_, worms), (_, others) = still.values()
     words = " ".join(told.split())
     assert f"{plastic} of 30 plastic and {static} of 30 static bipeds" in words

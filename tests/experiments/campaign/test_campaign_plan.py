@@ -132,3 +132,24 @@ def test_a_script_is_the_command(tmp_path: Path) -> None:
     assert wrong.returncode == 2
     assert "--out" in wrong.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+def test_an_estimate_does_not_follow_a_stall_of_the_machine(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    clock = [0.0]
+
+    class Episode:
+        """Takes 1 ms per step, but 5 s for its second stretch."""
+
+        stretches = 0
+
+        def run(self, steps: int) -> None:
+            self.stretches += steps < 60  # the first call is the warm-up
+            clock[0] += 5.0 if self.stretches == 2 else 1e-3 * steps
+
+    monkeypatch.setattr(cost, "start_episode", lambda *_, **__: Episode())
+    monkeypatch.setattr(cost.time, "perf_counter", lambda: clock[0])
+    monkeypatch.setattr(cost, "_SECONDS", 5.3)  # that and ten stretches more
+    config = replace(WORM, runs=2, population=4)
+    assert cost.seconds_per_robot_step(config) == pytest.approx(1e-3 / 8)

@@ -120,6 +120,18 @@ def test_a_bound_that_falls_on_failed_lives_is_nan() -> None:
     assert estimate.high == 3
 
 
+def test_quartiles_are_ordered_and_take_failed_lives_for_the_worst() -> None:
+    values = np.array([5.0, 1.0, 4.0, 2.0, 3.0, 6.0, 7.0])
+    low, high = intervals.quartiles(values)
+    # Hyndman and Fan (1996), definition 8: place (n + 1/3) p + 1/3 of the ordered values.
+    assert low == pytest.approx((7 + 1 / 3) / 4 + 1 / 3)
+    assert high == pytest.approx((7 + 1 / 3) * 3 / 4 + 1 / 3)
+    failed = np.array([np.nan, np.nan, np.nan, 1.0, 2.0, 3.0, 4.0])
+    low, high = intervals.quartiles(failed)
+    assert np.isnan(low)
+    assert 2.0 < high < 4.0
+
+
 def test_distribution_free_bounds_of_the_median() -> None:
     # P(all above or all below the median) = 2 / 2^n: 0.0625 for 5, 0.03125 for 6.
     five = intervals.median_bounds(array(1, 2, 3, 4, 5))
