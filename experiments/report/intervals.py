@@ -114,7 +114,8 @@ def middle(values: Values) -> float:
 
 def quartiles(values: Values) -> tuple[float, float]:
     """The lower and the upper quartile; NaN where one falls on a failed episode."""
-    found = np.quantile(worst_first(values), (0.25, 0.75), method="median_unbiased")
+    with np.errstate(invalid="ignore"):  # between two failed ones there is nothing to take
+        found = np.quantile(worst_first(values), (0.25, 0.75), method="median_unbiased")
     return _or_nan(found[0]), _or_nan(found[1])
 
 
