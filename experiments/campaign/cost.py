@@ -17,7 +17,7 @@ from physics import Morphology, Terrain, steps_in
 
 __all__ = ["disk_bytes", "evaluations", "robot_steps", "seconds_left", "seconds_per_robot_step"]
 
-_WARM_UP, _STRETCH = 60, 30  # control steps: after the first, the robots have landed
+_WARM_UP, _STRETCH = 60, 30  # robot-steps: after the first, the robots have landed
 _SECONDS = 0.4  # that a measurement takes at least
 _TERRAINS = 8
 
@@ -38,7 +38,7 @@ def evaluations(config: EvolveConfig) -> int:
 
 
 def robot_steps(config: EvolveConfig) -> int:
-    """Control steps in an evolution, of all robots."""
+    """Steps of the simulator in an evolution, of all robots."""
     return evaluations(config) * steps_in(config.duration)
 
 
@@ -49,17 +49,18 @@ def seconds_left(progress: Iterable[tuple[EvolveConfig, int, float]]) -> float |
 
     Args:
         progress: The options of each evolution, the generations it has done and the time they took
-            [s].
+            [s]; 0 if that is not known.
 
     Returns:
-        None if no generation is done yet.
+        None if the time of no generation is known.
     """
     spent = done = left = 0.0
     for config, generation, seconds in progress:
         work = robot_steps(config) * Morphology.from_name(config.shape).n_voxels
         share = generation / config.generations
-        spent += seconds
-        done += work * share
+        if seconds:
+            spent += seconds
+            done += work * share
         left += work * (1 - share)
     return left * spent / done if done else None
 
@@ -78,14 +79,16 @@ def seconds_per_robot_step(config: EvolveConfig) -> float:
     draws = torch.Generator().manual_seed(0)
     genomes = 2 * torch.rand(n, networks.n_genes, generator=draws) - 1
     episode = start_episode(config, genomes, scenarios, network=networks)
-    episode.run(_WARM_UP)  # compiles, too
+    interval = config.control_interval
+    episode.run(-(-_WARM_UP // interval))  # compiles, too
+    control_steps = -(-_STRETCH // interval)
     stretches: list[float] = []
     while sum(stretches) < _SECONDS:
         started = time.perf_counter()
-        episode.run(_STRETCH)
+        episode.run(control_steps)
         stretches.append(time.perf_counter() - started)
     # The median: what else runs on the machine may hold up one of them for long.
-    return statistics.median(stretches) / (n * _STRETCH)
+    return statistics.median(stretches) / (n * control_steps * interval)
 
 
 def disk_bytes(config: EvolveConfig) -> int:

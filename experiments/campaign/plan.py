@@ -28,7 +28,7 @@ class Estimate:
         condition: The condition, its config with the options of the machine.
         status: how far it is.
         evaluations: episodes, all in all.
-        robot_steps: control steps of all robots, all in all.
+        robot_steps: steps of the simulator of all robots, all in all.
         seconds: expected wall time of what is left [s].
         disk: expected size of the run's folder [bytes].
     """

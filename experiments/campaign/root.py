@@ -26,7 +26,7 @@ from experiments.io.locks import LOCK, lock_folder
 from experiments.runs.champions import Champions
 from experiments.runs.config_file import read_config
 from experiments.runs.folder import read_checkpoint
-from experiments.runs.names import CAMPAIGN, CONDITIONS
+from experiments.runs.names import CAMPAIGN, CHECKPOINT, CONDITIONS
 
 __all__ = ["CampaignRoot", "ConditionStatus", "Members"]
 
@@ -46,7 +46,7 @@ class ConditionStatus:
     Attributes:
         generation: How many generations are done.
         finished: whether the champions are there.
-        seconds: wall time so far [s].
+        seconds: wall time so far [s]; 0 if that is not known.
     """
 
     generation: int = 0
@@ -103,7 +103,7 @@ class CampaignRoot:
         return {name: self.status(each) for name, each in conditions.items()}
 
     def status(self, condition: Condition) -> ConditionStatus:
-        """How far a condition is.
+        """How far a condition is; one that comes unpacked, without a checkpoint, is finished.
 
         Raises:
             ValueError: its folder belongs to another condition, or is damaged.
@@ -113,8 +113,11 @@ class CampaignRoot:
             return ConditionStatus()
         config = read_config(folder)
         _require_same(folder, config, condition.config)
+        has_champions = _has_champions(folder, config.generations)
+        if has_champions and not (folder / CHECKPOINT).exists():
+            return ConditionStatus(config.generations, finished=True)
         checkpoint = read_checkpoint(folder, config)
-        finished = checkpoint.generation == config.generations and _has_champions(folder)
+        finished = checkpoint.generation == config.generations and has_champions
         return ConditionStatus(checkpoint.generation, finished, checkpoint.history.seconds)
 
     def declare(self, scale: Scale, studies: Members) -> IO[str]:
@@ -226,9 +229,9 @@ def _require_same(folder: Path, found: EvolveConfig, expected: EvolveConfig) -> 
         )
 
 
-def _has_champions(folder: Path) -> bool:
+def _has_champions(folder: Path, generations: int) -> bool:
+    """Whether those of so many generations are there."""
     try:
-        Champions.load(folder)
+        return Champions.load(folder).config.generations == generations
     except ValueError:
         return False
-    return True

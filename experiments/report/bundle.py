@@ -7,7 +7,7 @@
 - SHA256SUMS: of the first three, as `sha256sum -c` reads it.
 
 The same runs give the same bytes. `unpack` restores the folders of the runs, without checkpoints,
-TensorBoard files and archives.
+TensorBoard files and archives; a campaign goes on with them as finished.
 """
 
 from __future__ import annotations

@@ -18,6 +18,7 @@ from experiments.campaign.grid import Grid, Scale
 from experiments.campaign.root import CampaignRoot
 from experiments.campaign.study import Study
 from experiments.evolution.evolve import Session
+from experiments.report.bundle import pack, unpack
 from experiments.runs.champions import Champions
 from tests.experiments.campaign.small import BOTH, HEBBIAN, MLP, SCALE, WORM, run, snapshot
 from tests.experiments.held import held, lines
@@ -115,6 +116,34 @@ def test_studies_added_later_reuse_conditions(tmp_path: Path) -> None:
     assert (root / "conditions" / HEBBIAN / "champion.safetensors").is_file()
     content = json.loads((root / "campaign.json").read_text())
     assert list(content["studies"]) == ["alone", "both"]
+
+
+def test_a_packed_campaign_is_added_to(
+    finished: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    root = tmp_path / "root"
+    alone = Study("alone", "?", (Grid(replace(WORM, controller="mlp")),))
+    assert run(alone, out=tmp_path / "first") == 0
+    pack(tmp_path / "first", tmp_path / "packed")
+    unpack(tmp_path / "packed", root)  # without checkpoints
+    before = snapshot(root / "conditions" / MLP)
+    assert run(BOTH, out=root) == 0
+    assert "2 conditions, 1 of them to do" in capsys.readouterr().out
+    assert snapshot(root / "conditions" / MLP) == before
+    assert_same_results(root, finished, HEBBIAN)
+
+
+def test_champions_of_a_shorter_run_end_no_longer_one(finished: Path, tmp_path: Path) -> None:
+    root = CampaignRoot(tmp_path / "root")
+    shutil.copytree(finished, root.path)
+    folder = root.condition(MLP)
+    with Session.resume(folder, generations=SCALE.generations + 1) as session:
+        session.step()  # and a kill before the new champions are kept
+    (condition,) = (
+        each for each in BOTH.conditions(replace(SCALE, generations=3)) if each.name == MLP
+    )
+    status = root.status(condition)
+    assert (status.generation, status.finished) == (3, False)
 
 
 def test_a_killed_campaign_goes_on_exactly(tmp_path: Path) -> None:

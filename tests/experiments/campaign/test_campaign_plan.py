@@ -79,6 +79,9 @@ def test_time_left_goes_by_the_time_taken() -> None:
     # 5 of 10 generations in 30 s; left: as much again, and 10 generations of twice the size
     assert cost.seconds_left([(worm, 5, 30.0), (box, 0, 0.0)]) == pytest.approx(30 + 120)
     assert cost.seconds_left([(worm, 10, 30.0)]) == 0
+    unpacked = (box, 10, 0.0)  # in an unknown time
+    assert cost.seconds_left([unpacked, (worm, 0, 0.0)]) is None
+    assert cost.seconds_left([unpacked, (worm, 5, 30.0)]) == pytest.approx(30)
 
 
 def test_expected_disk_is_about_what_a_run_takes(tmp_path: Path) -> None:
@@ -134,22 +137,23 @@ def test_a_script_is_the_command(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("interval", [1, 4, 12])
 def test_an_estimate_does_not_follow_a_stall_of_the_machine(
-    monkeypatch: pytest.MonkeyPatch,
+    interval: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     clock = [0.0]
 
     class Episode:
-        """Takes 1 ms per step, but 5 s for its second stretch."""
+        """Takes 1 ms per step of the simulator, but 5 s for its second stretch."""
 
-        stretches = 0
+        stretches = -1  # the first call is the warm-up
 
         def run(self, steps: int) -> None:
-            self.stretches += steps < 60  # the first call is the warm-up
-            clock[0] += 5.0 if self.stretches == 2 else 1e-3 * steps
+            self.stretches += 1
+            clock[0] += 5.0 if self.stretches == 2 else 1e-3 * steps * interval
 
     monkeypatch.setattr(cost, "start_episode", lambda *_, **__: Episode())
     monkeypatch.setattr(cost.time, "perf_counter", lambda: clock[0])
     monkeypatch.setattr(cost, "_SECONDS", 5.3)  # that and ten stretches more
-    config = replace(WORM, runs=2, population=4)
+    config = replace(WORM, runs=2, population=4, control_interval=interval)
     assert cost.seconds_per_robot_step(config) == pytest.approx(1e-3 / 8)
