@@ -28,6 +28,8 @@ NETWORKS = {
     "MLP, gain 30": "mlp-gain-30",
     "MLP, gain 30, biases": "mlp-gain-30-bias",
     "recurrent, gain 30": "rnn-gain-30",
+    "Hebbian, as in their code": "hebbian-bc-exchanged-constant-input",
+    "MLP, as in their code": "mlp-bias-inputs-tanh",
 }
 
 

@@ -8,20 +8,39 @@ from collections import defaultdict
 from pathlib import Path
 
 import numpy as np
+import pytest
+from scipy import stats
 
 from tests.results.published import FULL, NETWORKS, RESULTS, Published, report_rows, rows
 
 
-def test_the_table_of_the_full_scale_is_that_of_the_runs() -> None:
+@pytest.mark.parametrize(
+    ("heading", "count"), [("At the paper's full scale", 12), ("The networks of the authors", 4)]
+)
+def test_the_tables_of_the_full_scale_are_those_of_the_runs(heading: str, count: int) -> None:
     published = Published(FULL)
-    found = report_rows("At the paper's full scale")
+    found = report_rows(heading)
     bodies = {"biped": "biped-4x3", "worm": "worm-7x1"}
     names = []
     for where, network, *cells in found:
         body, sensors = where.split()
         names.append(f"{bodies[body]}-{sensors}-{NETWORKS[network]}")
         assert cells == published.cells(names[-1]), names[-1]
-    assert len(set(names)) == 12
+    assert len(set(names)) == count
+
+
+def test_the_static_network_of_the_authors_code() -> None:
+    """Against that of the text, and the plastic one of the code against that of the text."""
+    speeds = {name: [speed for speed, _ in own] for name, own in Published(FULL).runs.items()}
+    told = (RESULTS / "REPORT.md").read_text(encoding="utf-8")
+    told = told.split("## The networks of the authors' code")[1].split("\n## ")[0]
+    static = ("biped-4x3-low-mlp-bias-inputs-tanh", "biped-4x3-low-mlp")
+    p = stats.mannwhitneyu(*(speeds[name] for name in static)).pvalue
+    assert f"(p {p:.1g})" in told
+    for shape in ("biped-4x3", "worm-7x1"):
+        names = (f"{shape}-low-hebbian-bc-exchanged-constant-input", f"{shape}-low-hebbian")
+        p = stats.mannwhitneyu(*(speeds[name] for name in names)).pvalue
+        assert f"p {p:.2g} both" in told
 
 
 def test_verdicts_in_the_report_are_those_of_the_campaigns() -> None:

@@ -213,7 +213,7 @@ def _name(reference: str, labels: Sequence[str]) -> str:
 
 
 def _p(p: float) -> str:
-    return "p < 0.001" if p < 0.001 else f"p = {p:.2g}"
+    return "p < 0.001" if p < 0.001 else f"p = {p:.{2 if p >= 0.01 else 1}g}"
 
 
 def _note(boxes: Sequence[Box]) -> str:
