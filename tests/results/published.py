@@ -67,7 +67,8 @@ class Published:
             f"{middle} ({low} to {high})",
             f"{np.median(unseen):.1f}",
             f"{half:g}" if math.isfinite(half) else f"{ever} of 10 ever",
-            f"{np.median(hertz):.1f}" + (f" ({len(hertz)})" if len(hertz) < 10 else ""),
+            (f"{np.median(hertz):.1f}" if len(hertz) else "none")
+            + (f" ({len(hertz)})" if 0 < len(hertz) < 10 else ""),
         ]
 
 
