@@ -34,10 +34,11 @@ def test_the_static_network_of_the_authors_code() -> None:
     speeds = {name: [speed for speed, _ in own] for name, own in Published(FULL).runs.items()}
     told = (RESULTS / "REPORT.md").read_text(encoding="utf-8")
     told = told.split("## The networks of the authors' code")[1].split("\n## ")[0]
-    static = ("biped-4x3-low-mlp-bias-inputs-tanh", "biped-4x3-low-mlp")
-    p = stats.mannwhitneyu(*(speeds[name] for name in static)).pvalue
-    assert f"(p {p:.1g})" in told
-    for shape in ("biped-4x3", "worm-7x1"):
+    told = " ".join(told.split())
+    for shape, words in (("biped-4x3", "(p {:.1g})"), ("worm-7x1", "0.1 m/s, p {:.2g})")):
+        static = (f"{shape}-low-mlp-bias-inputs-tanh", f"{shape}-low-mlp")
+        p = stats.mannwhitneyu(*(speeds[name] for name in static)).pvalue
+        assert words.format(p) in told
         names = (f"{shape}-low-hebbian-bc-exchanged-constant-input", f"{shape}-low-hebbian")
         p = stats.mannwhitneyu(*(speeds[name] for name in names)).pvalue
         assert f"p {p:.2g} both" in told

@@ -5,7 +5,10 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
+from PIL import Image
 
 from experiments import cli
 from experiments.config import EvolveConfig
@@ -260,3 +263,15 @@ def test_many_controllers_look_unlike_each_other() -> None:
     assert len({(look.color, str(look.line)) for look in found.values()}) == 20
     assert len({(look.color, look.hatch) for look in found.values()}) == 20
     assert found["0"] == style.looks(["one"])["one"]
+
+
+def test_a_palette_keeps_the_colors_of_a_figure(tmp_path: Path) -> None:
+    colors = [look.color for look in style.looks([str(i) for i in range(6)]).values()]
+    with style.sheet(tmp_path, "colors", (2, 2), columns=2) as drawn:
+        drawn.panel(0, 0).imshow(np.arange(256.0).reshape(16, 16), cmap="cividis")
+        for i, color in enumerate(colors):
+            drawn.panel(0, 1).axhspan(i, i + 0.1, color=color)
+    with Image.open(tmp_path / "colors.png") as image:
+        found = np.unique(np.asarray(image.convert("RGB")).reshape(-1, 3), axis=0) / 255
+    for color in colors:
+        assert np.abs(found - to_rgb(color)).max(axis=1).min() < 4 / 255, color
