@@ -48,14 +48,16 @@ def run_campaign(studies: Sequence[Study], options: CampaignOptions) -> int:
     with root.declare(scale, members):
         work = Campaign(root, members)
         terminal.say(f"{len(work.conditions)} conditions, {len(work.unfinished)} of them to do")
-        terminal.say(f"to watch: tensorboard --logdir {root.overviews}")
+        if work.unfinished:
+            terminal.say(f"to watch: tensorboard --logdir {root.overviews}")
         try:
             run_conditions(work)
             work.report_rest()
         except KeyboardInterrupt:
             terminal.say("stopped; go on with the same command")
             raise
-    terminal.say(f"curves of all conditions: tensorboard --logdir {root.overviews}")
+    if root.overviews.exists():  # an unpacked campaign has none
+        terminal.say(f"curves of all conditions: tensorboard --logdir {root.overviews}")
     terminal.say(f"one page to read or send: hebbtorch report {root.path}")
     code = _conclude(work.failures)
     if options.against is not None and before is not None:

@@ -127,8 +127,15 @@ def test_a_packed_campaign_is_added_to(
     pack(tmp_path / "first", tmp_path / "packed")
     unpack(tmp_path / "packed", root)  # without checkpoints
     before = snapshot(root / "conditions" / MLP)
+    capsys.readouterr()
+    assert run(alone, out=root) == 0
+    nothing = capsys.readouterr().out
+    assert "1 conditions, 0 of them to do" in nothing
+    assert "tensorboard" not in nothing  # there is nothing to watch
     assert run(BOTH, out=root) == 0
-    assert "2 conditions, 1 of them to do" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "2 conditions, 1 of them to do" in told
+    assert told.count(f"tensorboard --logdir {root / 'overview'}") == 2
     assert snapshot(root / "conditions" / MLP) == before
     assert_same_results(root, finished, HEBBIAN)
 
