@@ -17,6 +17,7 @@ from experiments.analysis import (
     paired,
     pruning,
     recording,
+    recovery,
     settling,
 )
 from experiments.analysis import validation_matrix as validation
@@ -36,6 +37,7 @@ __all__ = [
     "pruned",
     "random_genomes",
     "recorded",
+    "recovered",
     "settled",
     "unseen_terrains",
 ]
@@ -62,6 +64,15 @@ def endured(run_folder: Path) -> Path:
         ValueError: the run cannot be read.
     """
     return _table(run_folder, names.ENDURANCE, endurance.COLUMNS, endurance.rows)
+
+
+def recovered(run_folder: Path) -> Path:
+    """Champions before and after damage, and without any: recovery.csv.
+
+    Raises:
+        ValueError: the run cannot be read, or voxels break at one of the ends of its episodes.
+    """
+    return _table(run_folder, names.RECOVERY, recovery.COLUMNS, recovery.rows)
 
 
 def gaits_watched(run_folder: Path) -> Path:

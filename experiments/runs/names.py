@@ -28,6 +28,7 @@ __all__ = [
     "RECORDING",
     "RECORDING_FORMAT",
     "RECORDING_MEASURES",
+    "RECOVERY",
     "SETTLING",
     "evaluation_file",
     "freezing_file",
@@ -47,6 +48,7 @@ PRUNING = "pruned.csv"
 PAIRED = "paired.csv"
 GENERALIZATION = "generalization.csv"
 ENDURANCE = "endurance.csv"
+RECOVERY = "recovery.csv"
 GAITS = "gaits.csv"
 MATRIX = "matrix.csv"
 RECORDING = "recording.npz"

@@ -17,8 +17,8 @@ STUDY = Study(
             axes={**ALL_BODIES, "controller": ("hebbian", "mlp")},
         ),
     ),
-    analyses=("unseen_terrains",),
-    figures=("damage", "damage_evolution"),
+    analyses=("unseen_terrains", "recovered"),
+    figures=("damage", "damage_evolution", "recovery"),
 )
 
 if __name__ == "__main__":

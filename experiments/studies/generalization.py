@@ -11,8 +11,8 @@ STUDY = Study(
     name="generalization",
     question="Do the champions move as well on terrains that they never met?",
     grids=(Grid(axes={**ALL_BODIES, "controller": ("hebbian", "mlp")}),),
-    analyses=("unseen_terrains", "generalized"),
-    figures=("generalization", "settings"),
+    analyses=("unseen_terrains", "generalized", "recovered"),
+    figures=("generalization", "settings", "unforeseen"),
 )
 
 if __name__ == "__main__":

@@ -54,7 +54,7 @@ EVIDENCE: Mapping[str, Evidence] = {
     "4": Evidence("effectiveness", ("evolution", "takeoff"), _PLAIN),
     "5": Evidence("generalization", ("generalization",), _HIGH),
     "6": Evidence("generalization", ("generalization", "settings"), _HIGH),
-    "7": Evidence("damage", ("damage",), f"{_HIGH}-damage-half"),
+    "7": Evidence("damage", ("damage", "recovery", "unforeseen"), f"{_HIGH}-damage-half"),
     "8": Evidence("damage", ("damage", "damage_evolution"), f"{_HIGH}-damage-half"),
     "9": Evidence("true_learning", ("true_learning", "innateness"), _HIGH),
     "10": Evidence("true_learning", ("true_learning",), _HIGH),

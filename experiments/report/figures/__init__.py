@@ -27,6 +27,7 @@ from experiments.report.figures.performance import (
     generalization,
 )
 from experiments.report.figures.recordings import activations, weight_distributions
+from experiments.report.figures.recovery import recovery, unforeseen
 from experiments.report.figures.settings import settings
 from experiments.report.figures.variants import (
     initialization,
@@ -51,6 +52,8 @@ FIGURES: Mapping[str, Figure] = {
         settings,
         damage,
         damage_evolution,
+        recovery,
+        unforeseen,
         true_learning,
         innateness,
         weight_distributions,

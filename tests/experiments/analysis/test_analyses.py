@@ -16,6 +16,7 @@ FILES = {
     "pruned": "pruned.csv",
     "matrix": "matrix.csv",
     "endured": "endurance.csv",
+    "recovered": "recovery.csv",
     "random_genomes": "random_genomes.json",
     "paired_speeds": "paired.csv",
     "generalized": "generalization.csv",

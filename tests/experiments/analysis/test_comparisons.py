@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import torch
 
-from experiments.analysis import endurance, generalization, paired, registry
+from experiments.analysis import endurance, generalization, paired, recovery, registry
 from experiments.analysis.unseen import speeds_on
 from experiments.config import EvolveConfig
 from experiments.rollout import Scenarios, seeds, simulator
@@ -109,6 +109,30 @@ def test_long_episodes_go_on_where_ordinary_ones_end() -> None:
     half = (steps * speeds[:, :, :10]).sum(-1) / steps.sum()
     ordinary = speeds_on(PLASTIC, genomes, scenarios)
     assert half.flatten().tolist() == pytest.approx(ordinary.flatten().tolist(), abs=1e-5)
+
+
+def test_damage_parts_an_episode_from_the_same_one_without() -> None:
+    genomes = random_champions().genomes
+    config = replace(PLASTIC, damage_time=0.4, damage_probability=1.0)
+    before, after, undamaged = recovery.speeds_around(config, genomes, TEST).unbind(-1)
+    # With and without, the two parts make the speed of the whole.
+    steps = torch.tensor([1, steps_in(0.4), steps_in(config.duration)]).diff()
+    for kind, rest in (("half", after), ("none", undamaged)):
+        whole = (steps[0] * before + steps[1] * rest) / steps.sum()
+        expected = speeds_on(replace(config, damage=kind), genomes, TEST)
+        assert whole.tolist() == [pytest.approx(own, abs=1e-5) for own in expected.tolist()]
+    # Which voxels break makes no difference before they do, and much of one after.
+    others = recovery.speeds_around(replace(config, damage_voxels="0"), genomes, TEST)
+    assert torch.equal(others[..., 0], before)
+    assert torch.equal(others[..., 2], undamaged)
+    assert not torch.isclose(others[..., 1], after, atol=1e-4).any()
+
+
+@pytest.mark.parametrize("time", [0.0, 1.0])
+def test_damage_at_an_end_parts_nothing(time: float) -> None:
+    config = replace(PLASTIC, damage_time=time)
+    with pytest.raises(ValueError, match="damage_time: expected damage within the episode of 1 s"):
+        recovery.speeds_around(config, random_champions().genomes, TEST)
 
 
 def test_a_long_terrain_is_terrains_in_a_row() -> None:

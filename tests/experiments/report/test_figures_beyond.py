@@ -3,11 +3,15 @@
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
+
+from experiments.analysis import recovery
 from experiments.config import EvolveConfig
 from experiments.report.figures import FIGURES
 from experiments.report.finished_runs import find_runs
 from tests.experiments.finished_runs import (
     read_csv,
+    write_csv,
     write_generalization,
     write_paired,
     write_run,
@@ -89,6 +93,29 @@ def test_settings_unlike_the_evolution(root: Path, out: Path) -> None:
         "biped-4x3 low unseen",
     ]
     assert (float(rows[1]["median_first"]), float(rows[1]["median_second"])) == (4.0, 2.0)
+
+
+@pytest.mark.parametrize(("name", "damage"), [("recovery", "half"), ("unforeseen", "none")])
+def test_what_damage_leaves(name: str, damage: str, root: Path, out: Path) -> None:
+    after = {"hebbian": [2.0, 3.0, 4.0], "mlp": [1.0, 0.5, 0.0]}
+    for controller, speeds in after.items():
+        config = replace(SMALL, controller=controller, damage=damage)
+        folder = write_run(root, config, [8.0, 8.0, 8.0])
+        undamaged = [4.0, 5.0, 0.5]  # the last does not walk
+        rows = [
+            (run, f"hilly-3-30-{k}", 6.0 + k, speed + k, whole + k)
+            for run, (speed, whole) in enumerate(zip(speeds, undamaged, strict=True))
+            for k in (-0.25, 0.0, 0.25)
+        ]
+        write_csv(folder / "recovery.csv", recovery.COLUMNS, rows)
+    (row,) = draw(name, root, out)
+    assert (float(row["median_first"]), float(row["median_second"])) == (3.0, 0.5)
+    ours, theirs = read_csv(out / f"{name}_speeds.csv")
+    assert (ours["controller"], theirs["controller"]) == ("Hebbian", "MLP")
+    assert [float(ours[each]) for each in ("before", "after", "undamaged")] == [6.0, 3.0, 4.0]
+    assert (ours["walking"], float(ours["share"])) == ("2", pytest.approx((2 / 4 + 3 / 5) / 2))
+    other = {"recovery": "unforeseen", "unforeseen": "recovery"}[name]
+    assert FIGURES[other](find_runs([root]), out) == []
 
 
 def test_what_becomes_innate(root: Path, out: Path) -> None:
