@@ -99,9 +99,10 @@ def test_what_the_report_says_of_damage_in_words() -> None:
 def test_the_share_of_speed_that_damage_leaves() -> None:
     text = (RESULTS / "REPORT.md").read_text(encoding="utf-8").split("### After the damage")[1]
     found: dict[bool, list[float]] = {True: [], False: []}
-    for name in ("recovery_speeds", "unforeseen_speeds"):
+    for name in ("recovery", "unforeseen"):
         for row in rows(FULL / "figures" / f"{name}.csv"):
-            found[row["where"].endswith("low")].append(100 * float(row["share"]))
+            shares = [100 * float(row[f"share_{side}"]) for side in ("first", "second")]
+            found[row["where"].endswith("low")] += shares
     words = " ".join(text.split())
     few, more = (f"{min(own):.0f} to {max(own):.0f} %" for own in found.values())
     assert f"with few sensors {few} of the speed, with more {more}" in words

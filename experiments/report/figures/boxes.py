@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +38,7 @@ class Box:
         label: The name of the controller.
         values: one number per independent run [m/s]: what is tested.
         pooled: what is drawn, if that is more: every terrain of every run [m/s].
+        more: further numbers of the controller for the table, by name.
     """
 
     shape: str
@@ -45,6 +46,7 @@ class Box:
     label: str
     values: Values
     pooled: Values | None = None
+    more: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def where(self) -> str:
@@ -242,20 +244,23 @@ def _rows(
         pooled = [box.pooled for box in pair if box.pooled is not None]
         if len(pooled) == 2:
             row["p_pooled"] = statistics.mann_whitney(*pooled).p
+        for side, each in zip(("first", "second"), pair, strict=True):
+            row |= {f"{name}_{side}": value for name, value in each.more.items()}
         rows.append(row)
     compared = {(row["where"], row[side]) for row in rows for side in ("first", "second")}
     for box in boxes:
         if (box.where, box.label) not in compared:
-            rows.append({"where": box.where, "first": box.label, **_alone(box.values)})
+            rows.append({"where": box.where, "first": box.label, **_alone(box)})
     return rows
 
 
-def _alone(values: Values) -> dict[str, Any]:
+def _alone(box: Box) -> dict[str, Any]:
     """The columns of a box that has nothing to be compared with."""
-    middle = intervals.median(values)
+    middle = intervals.median(box.values)
     return {
-        "n_first": len(values),
+        "n_first": len(box.values),
         "median_first": middle.value,
         "low_first": middle.low,
         "high_first": middle.high,
+        **{f"{name}_first": value for name, value in box.more.items()},
     }

@@ -110,10 +110,11 @@ def test_what_damage_leaves(name: str, damage: str, root: Path, out: Path) -> No
         write_csv(folder / "recovery.csv", recovery.COLUMNS, rows)
     (row,) = draw(name, root, out)
     assert (float(row["median_first"]), float(row["median_second"])) == (3.0, 0.5)
-    ours, theirs = read_csv(out / f"{name}_speeds.csv")
-    assert (ours["controller"], theirs["controller"]) == ("Hebbian", "MLP")
-    assert [float(ours[each]) for each in ("before", "after", "undamaged")] == [6.0, 3.0, 4.0]
-    assert (ours["walking"], float(ours["share"])) == ("2", pytest.approx((2 / 4 + 3 / 5) / 2))
+    assert (row["first"], row["second"]) == ("Hebbian", "MLP")
+    assert (float(row["before_first"]), float(row["undamaged_second"])) == (6.0, 4.0)
+    assert row["walking_first"] == "2"
+    assert float(row["share_first"]) == pytest.approx((2 / 4 + 3 / 5) / 2)
+    assert float(row["share_second"]) == pytest.approx((1 / 4 + 0.5 / 5) / 2)
     other = {"recovery": "unforeseen", "unforeseen": "recovery"}[name]
     assert FIGURES[other](find_runs([root]), out) == []
 
