@@ -96,6 +96,22 @@ def test_what_the_report_says_of_damage_in_words() -> None:
     assert f"Holm's p {min(holm(p_rises)[k] for k in more):.2g} and more" in words
 
 
+def test_robots_that_evolved_without_damage_are_faster_with_it() -> None:
+    text = (RESULTS / "REPORT.md").read_text(encoding="utf-8").split("go faster than those")[1]
+    words = " ".join(text.split())
+    told, p = [], []
+    with zipfile.ZipFile(FULL / "tables.zip") as archive:
+        for where in PLACES:
+            names = [condition(where, "Hebbian", damage=damage) for damage in (False, True)]
+            table = "evaluation-hilly-3-30-half-40-seed0.csv"
+            speeds = [per_run(archive, f"{name}/{table}", "speed") for name in names]
+            told.append(" against ".join(f"{np.median(own):.1f}" for own in speeds))
+            p.append(float(stats.mannwhitneyu(*speeds).pvalue))
+    _, medium, high, _, *worms = told
+    assert f"(on 40 terrains {medium} and {high} m/s, worms {' and '.join(worms)};" in words
+    assert f"Holm's p {', '.join(f'{holm(p)[k]:.1g}' for k in (1, 2, 4, 5))})" in words
+
+
 def test_the_share_of_speed_that_damage_leaves() -> None:
     text = (RESULTS / "REPORT.md").read_text(encoding="utf-8").split("### After the damage")[1]
     found: dict[bool, list[float]] = {True: [], False: []}
