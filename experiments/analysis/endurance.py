@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-import torch
 from torch import Tensor
 
 from experiments.config import EvolveConfig
@@ -42,7 +41,6 @@ def rows(champions: Champions) -> Iterator[tuple[int, int, int, float, float]]:
                 yield run, terrain, window, (window + 1) * length / _WINDOWS, speed
 
 
-@torch.no_grad()
 def speeds_by_window(
     config: EvolveConfig, genomes: Tensor, test: Scenarios, length: float
 ) -> Tensor:
@@ -63,16 +61,8 @@ def speeds_by_window(
         genomes.repeat_interleave(len(test), 0),
         test * len(genomes),
     )
-    episode.run(1)
-    before, time = episode.sim.center_of_mass()[:, 0].double(), episode.sim.time
-    speeds = []
-    for window in range(_WINDOWS):
-        episode.run_until((window + 1) * length / _WINDOWS)
-        now = episode.sim.center_of_mass()[:, 0].double()
-        speed = (now - before) / (episode.sim.time - time)
-        speeds.append(torch.where(episode.sim.failed(), torch.nan, speed))
-        before, time = now, episode.sim.time
-    return torch.stack(speeds, -1).cpu().reshape(len(genomes), len(test), _WINDOWS)
+    speeds = episode.speeds([(window + 1) * length / _WINDOWS for window in range(_WINDOWS)])
+    return speeds.cpu().reshape(len(genomes), len(test), _WINDOWS)
 
 
 def long_terrain(kind: str, first_seed: int, pieces: int) -> Terrain:

@@ -1,7 +1,7 @@
 """What damage leaves of a gait: the same champions on the same terrains, with and without it.
 
-The speed of a whole episode with damage (paper, Fig. 5) has as a part that of the time before it.
-Here the two are apart; and the episodes are in pairs, alike up to the damage.
+The speed of a whole episode with damage (paper, Fig. 5) contains the time before it. Here the times
+before and after are apart; and the episodes are in pairs, alike up to the damage.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from experiments.rollout import seeds
 from experiments.rollout.episode import start_episode
 from experiments.rollout.scenarios import Scenarios, damage
 from experiments.runs.champions import Champions
+from experiments.runs.names import MORE_EVALUATION_TERRAINS
 
 __all__ = ["COLUMNS", "rows", "speeds_around"]
 
-_TERRAINS = 40
 COLUMNS = ("run", "terrain", "speed_before", "speed_after", "speed_undamaged")
 """Of its table, in m/s: before the damage, after it, and in that time without any."""
 
@@ -28,13 +28,12 @@ COLUMNS = ("run", "terrain", "speed_before", "speed_after", "speed_undamaged")
 def rows(champions: Champions) -> Iterator[tuple[int, str, float, float, float]]:
     """Assess champions around damage, whether they evolved with it or not; see `COLUMNS`."""
     config = champions.config
-    test = Scenarios.unseen(config.terrain, seeds.unseen_terrain_seeds(_TERRAINS))
+    test = Scenarios.unseen(config.terrain, seeds.unseen_terrain_seeds(MORE_EVALUATION_TERRAINS))
     for run, of_run in enumerate(speeds_around(config, champions.genomes, test).tolist()):
         for terrain, speeds in zip(test.names, of_run, strict=True):
             yield (run, terrain, *speeds)
 
 
-@torch.no_grad()
 def speeds_around(config: EvolveConfig, genomes: Tensor, test: Scenarios) -> Tensor:
     """Speeds of individuals before and after damage, and after that time without damage.
 
@@ -67,13 +66,5 @@ def _speeds(config: EvolveConfig, genomes: Tensor, test: Scenarios) -> Tensor:
             f"damage_time: expected damage within the episode of {config.duration:g} s, got "
             f"{breaks.time:g} s, which leaves no time before or after it"
         )
-    speeds = []
-    episode.run(1)  # the first step is no part of a speed
-    before, time = episode.sim.center_of_mass()[:, 0].double(), episode.sim.time
-    for end in (breaks.time, config.duration):
-        episode.run_until(end)
-        now = episode.sim.center_of_mass()[:, 0].double()
-        speed = (now - before) / (episode.sim.time - time)
-        speeds.append(torch.where(episode.sim.failed(), torch.nan, speed))
-        before, time = now, episode.sim.time
-    return torch.stack(speeds, -1).cpu().reshape(len(genomes), len(test), 2)
+    speeds = episode.speeds([breaks.time, config.duration])
+    return speeds.cpu().reshape(len(genomes), len(test), 2)

@@ -113,6 +113,29 @@ class Episode:
         self.run(self.sim.control_steps(seconds) - self.steps_done)
 
     @torch.no_grad()
+    def speeds(self, ends: Sequence[float]) -> Tensor:
+        """Go on part by part, and measure the speed within each.
+
+        Args:
+            ends: When the parts end [s], in order. The first begins now, but not before the end of
+                the first step.
+
+        Returns:
+            Mean velocities along x [m/s], shape (N, parts), float64; NaN from the part on in which
+            a world failed.
+        """
+        self.run(1 if self.steps_done == 0 else 0)
+        found = []
+        before, time = self._center()[:, 0], self.sim.time
+        for end in ends:
+            self.run_until(end)
+            now = self._center()[:, 0]
+            speed = (now - before) / (self.sim.time - time)
+            found.append(torch.where(self.sim.failed(), torch.nan, speed))
+            before, time = now, self.sim.time
+        return torch.stack(found, -1)
+
+    @torch.no_grad()
     def finish(self, *, trace: bool = False) -> Outcome:
         """Go on to the end.
 

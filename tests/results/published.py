@@ -33,6 +33,13 @@ NETWORKS = {
 }
 
 
+def condition(where: str, network: str, *, damage: bool = False) -> str:
+    """A condition's name, of "biped low" and the name of a network in the report."""
+    body, sensors = where.split()
+    shape = {"biped": "biped-4x3", "worm": "worm-7x1"}[body]
+    return f"{shape}-{sensors}-{NETWORKS[network]}" + ("-damage-half" if damage else "")
+
+
 def report_rows(heading: str) -> list[list[str]]:
     """The cells of the first table under a heading of the report, without its head."""
     text = (RESULTS / "REPORT.md").read_text(encoding="utf-8")

@@ -5,15 +5,19 @@ import zipfile
 import numpy as np
 from scipy import stats
 
-from tests.results.published import FULL, NETWORKS, RESULTS, Published, per_run, report_rows, rows
+from tests.results.published import (
+    FULL,
+    RESULTS,
+    Published,
+    condition,
+    per_run,
+    report_rows,
+    rows,
+)
 
-BODIES = {"biped": "biped-4x3", "worm": "worm-7x1"}
-PLACES = [f"{body} {sensors}" for body in BODIES for sensors in ("low", "medium", "high")]
-
-
-def condition(where: str, network: str, *, damage: bool) -> str:
-    body, sensors = where.split()
-    return f"{BODIES[body]}-{sensors}-{NETWORKS[network]}" + ("-damage-half" if damage else "")
+PLACES = [
+    f"{body} {sensors}" for body in ("biped", "worm") for sensors in ("low", "medium", "high")
+]
 
 
 def holm(p: list[float]) -> list[float]:

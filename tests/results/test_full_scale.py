@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tests.results.published import FULL, NETWORKS, RESULTS, Published, report_rows, rows
+from tests.results.published import FULL, RESULTS, Published, condition, report_rows, rows
 
 
 @pytest.mark.parametrize(
@@ -20,11 +20,9 @@ from tests.results.published import FULL, NETWORKS, RESULTS, Published, report_r
 def test_the_tables_of_the_full_scale_are_those_of_the_runs(heading: str, count: int) -> None:
     published = Published(FULL)
     found = report_rows(heading)
-    bodies = {"biped": "biped-4x3", "worm": "worm-7x1"}
     names = []
     for where, network, *cells in found:
-        body, sensors = where.split()
-        names.append(f"{bodies[body]}-{sensors}-{NETWORKS[network]}")
+        names.append(condition(where, network))
         assert cells == published.cells(names[-1]), names[-1]
     assert len(set(names)) == count
 
