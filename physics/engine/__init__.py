@@ -8,6 +8,7 @@ What nearly every function of a kernel takes, by the letter that it has everywhe
 - ``m``: the model, `memory.tables.Tables`: sizes by name (``m.voxels``), and the tables
   ``m.integers`` and ``m.numbers``.
 - ``T``: the number type, `backend.Real`: ``T.f(0.1)`` is a literal, ``T.vec(0.0)`` one per lane;
+  a bare ``0.1`` is a double, and beside lanes of floats it can crash Taichi's compiler.
   ``T.features`` are the stages that the kernel has at all.
 
 All three exist while Taichi compiles only, and cost nothing in the kernel.

@@ -227,3 +227,22 @@ def test_speed_of_a_robot_that_leaves_the_ground_is_that_up_to_then(
     ways = (x[[steps, -1, -1], range(N)] - x[0]).tolist()
     expected = [ways[0] / seconds, ways[1] / whole, 0.0]
     assert outcome.speed.tolist() == pytest.approx(expected)
+
+
+def test_speeds_of_parts_are_those_between_their_ends(
+    tiny: EvolveConfig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ends = [0.1, 0.25, tiny.duration]
+    sim, networks = begun(tiny)
+    way = live(sim, networks, tiny.duration, trace=True).trace
+    assert way is not None
+    steps = [0, *(clock.steps_in(end) - 1 for end in ends)]  # the trace begins with the first step
+    places = way[steps, :, 0]
+    expected = places.diff(dim=0).T / (torch.tensor(steps).diff() * clock.DT)
+    sim.reset(seeds=list(range(N)))
+    episode = Episode(sim, networks, tiny.duration)
+    # Rounding: the way is the same, the times are sums of float64.
+    assert torch.allclose(episode.speeds(ends), expected, rtol=1e-9, atol=1e-12)
+    monkeypatch.setattr(Simulator, "failed", lambda sim: torch.tensor([True, False, False]))
+    episode = Episode(sim, networks, tiny.duration)
+    assert episode.speeds(ends).isnan().tolist() == [[True] * 3, [False] * 3, [False] * 3]
